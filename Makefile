@@ -1,0 +1,43 @@
+# Development and demonstration entry points. `make help` lists them.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help demo test lint kernels bench clean
+
+help: ## list the targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@echo "The first target run creates $(VENV) with $(PYTHON); override with PYTHON=python3.12."
+
+demo: $(STAMP) ## run the demonstration, writing to results/
+	$(BIN)/railenv demo --out results
+
+test: $(STAMP) ## run the tests except those marked slow
+	$(BIN)/python -m pytest -n 2
+
+lint: $(STAMP) ## check style, formatting and types
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy railenv design agents
+
+kernels: $(STAMP) ## regenerate railenv/kernels from railenv/equations
+	$(BIN)/python -m railenv.kernels.generate
+
+bench: $(STAMP) ## run the benchmarks
+	$(BIN)/python -m benchmarks.run
+
+clean: ## remove results/, caches and build products (keeps the environment)
+	rm -rf results build dist htmlcov .coverage .coverage.* coverage.xml
+	rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis *.egg-info
+	find . -path ./$(VENV) -prune -o -type d -name __pycache__ -prune -exec rm -rf {} +
+
+$(STAMP): pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "railenv needs Python 3.11 or newer: make PYTHON=python3.11 ..." >&2; exit 1; }
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install -c constraints.txt -e '.[dev]'
+	@touch $@

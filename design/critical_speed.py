@@ -1,0 +1,306 @@
+"""Critical speed: the first speed at which steady running stops being stable.
+
+Stability is lost by hunting (a pair of complex eigenvalues crosses the imaginary axis, a Hopf point),
+by divergence (a real eigenvalue crosses it), or because the equilibrium itself ends in a fold, as that
+on the tread does on tight curves. The branch of equilibria is followed from low speed, so that the
+three are told apart.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import optimize
+
+from railenv import checks
+from railenv.equilibrium import Branch, Point, SpeedPath, Stuck, enter_curve
+from railenv.errors import EquilibriumError, ParameterError
+from railenv.models import Model
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Loss = Literal["hunting", "divergence", "fold", "end", "none", "unstable at start"]
+
+SPEED_RANGE = (3.0, 400.0)
+"""m/s, the range searched unless another is given."""
+
+_ZERO = 1e-9  # real parts below this fraction of the largest eigenvalue are rounding error
+_ROOT = 1e-8  # of a step: better than 2e-9 of the speed
+_REAL = 1e-3  # imaginary parts below this fraction of the largest count as none at a fold
+_CLOSE = 1e-6  # eigenvalues that differ by less than this fraction count as one
+
+
+@dataclass(frozen=True)
+class CriticalSpeed:
+    """Where, and how, steady running loses stability.
+
+    Attributes
+    ----------
+    loss : {"hunting", "divergence", "fold", "end", "none", "unstable at start"}
+        "fold": the equilibrium turns back in a fold and there is none beyond. "end": it ends where the
+        equations jump, as they do when a wheel lifts. "none": stable over the whole range.
+    speed : float or None
+        Critical speed, m/s; None for "none" and "unstable at start".
+    frequency : float or None
+        Hunting frequency, Hz; None unless the critical mode oscillates.
+    state : ndarray or None, shape (n_states,)
+        Equilibrium at the critical speed (for "unstable at start", at the start of the range).
+    eigenvalue : complex or None
+        The critical eigenvalue (imaginary part not negative), 1/s.
+    mode : ndarray or None, shape (n_states,)
+        Its eigenvector, scaled so that its largest displacement is 1. Of a multiple eigenvalue, one
+        of its eigenvectors.
+    multiplicity : int
+        Number of eigenvalues equal to the critical one; 2 for the dual wheelset, else usually 1.
+    speed_range : (float, float)
+        Range searched, m/s.
+    radius, cant : float
+        m (``math.inf`` on tangent track), rad.
+    model_name : str
+    state_names : tuple of str
+    """
+
+    loss: Loss
+    speed: float | None
+    frequency: float | None
+    state: NDArray[np.float64] | None
+    eigenvalue: complex | None
+    mode: NDArray[np.complex128] | None
+    multiplicity: int
+    speed_range: tuple[float, float]
+    radius: float
+    cant: float
+    model_name: str
+    state_names: tuple[str, ...]
+
+    @property
+    def wavelength(self) -> float | None:
+        """Length of track (m) covered in one period of hunting."""
+        if self.speed is None or self.frequency is None:
+            return None
+        return self.speed / self.frequency
+
+    def __str__(self) -> str:
+        low, high = self.speed_range
+        if self.loss == "none":
+            return f"stable from {low:g} to {high:g} m/s"
+        if self.speed is None:
+            return f"unstable already at {low:g} m/s"
+        if self.loss == "fold":
+            return f"the running equilibrium ends in a fold at {self.speed:.4f} m/s"
+        if self.loss == "end":
+            return f"the running equilibrium ends at {self.speed:.4f} m/s, as where a wheel lifts"
+        at = f" at {self.frequency:.4f} Hz" if self.frequency is not None else ""
+        return f"{self.loss} from {self.speed:.4f} m/s{at}"
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the critical mode: magnitude and phase of every displacement."""
+        from design.plots import plot_mode
+
+        return plot_mode(self, ax)
+
+
+def critical_speed(
+    model: Model,
+    *,
+    radius: float = math.inf,
+    cant: float = 0.0,
+    speed_range: tuple[float, float] = SPEED_RANGE,
+    inputs: ArrayLike | None = None,
+) -> CriticalSpeed:
+    """Find the first speed of a range at which steady running loses stability.
+
+    The equilibrium is followed from tangent track at the lowest speed into the curve and then up in
+    speed, at steps of at most 15 % in speed; a loss of stability is located to better than 1e-6
+    relative. Where the largest real part peaks below zero between steps, the peak is looked at too.
+
+    Parameters
+    ----------
+    model : Model
+    radius : float
+        Curve radius, m; ``math.inf`` is tangent track, negative the other hand.
+    cant : float
+        Cant angle, rad.
+    speed_range : (float, float)
+        Lowest and highest speed, m/s.
+    inputs : array_like, shape (n_inputs,), optional
+        Constant inputs; zero when left out.
+
+    Returns
+    -------
+    CriticalSpeed
+
+    Raises
+    ------
+    EquilibriumError
+        If there is no equilibrium on the curve at the lowest speed.
+
+    Examples
+    --------
+    >>> import design, railenv
+    >>> hopf = design.critical_speed(railenv.Bogie(railenv.HIGH_SPEED_COACH))
+    >>> round(hopf.speed, 2), round(hopf.frequency, 3)
+    (116.12, 3.055)
+    """
+    low, high = checks.speed(speed_range[0], "lowest speed"), checks.speed(speed_range[1])
+    if not low < high:
+        raise ParameterError(
+            f"speed_range is {speed_range}; the lowest speed must be below the highest"
+        )
+    search = _Search(model, checks.curvature(radius), checks.cant(cant), (low, high), float(radius))
+    return search.run(checks.vector("inputs", inputs, model.input_names))
+
+
+def growth(jacobian: NDArray[np.float64]) -> float:
+    """Largest real part (1/s) of the eigenvalues of a state matrix; negative is stable."""
+    return float(np.linalg.eigvals(jacobian).real.max())
+
+
+@dataclass
+class _Search:
+    """One search for the loss of stability along a branch of equilibria."""
+
+    model: Model
+    curvature: float
+    cant: float
+    speed_range: tuple[float, float]
+    radius: float
+
+    def run(self, inputs: NDArray[np.float64]) -> CriticalSpeed:
+        low, high = self.speed_range
+        state = enter_curve(self.model, self.curvature, self.cant, inputs, low)
+        self.branch = Branch(self.model, SpeedPath(self.curvature, self.cant), inputs)
+        points: list[Point] = []
+        sigmas: list[float] = []
+        try:
+            for p in self.branch.points(self.branch.start(state, math.log(low)), math.log(high)):
+                points, sigmas = [*points[-2:], p], [*sigmas[-2:], self._sigma(p)]
+                if len(points) == 1:
+                    if self._unstable(p, sigmas[0]):
+                        return self._result("unstable at start", p)
+                    continue
+                crossing = self._crossing(points, sigmas)
+                if crossing is not None:
+                    return self._classified(crossing)
+        except Stuck:
+            if not points:
+                raise EquilibriumError(
+                    f"{self.model.name} has no running equilibrium that can be followed from "
+                    f"{low:g} m/s (radius {self.radius:g} m, cant {self.cant:g} rad)",
+                    math.inf,
+                ) from None
+            return self._result("end", points[-1])
+        return self._result("none", None)
+
+    def _sigma(self, p: Point) -> float:
+        return growth(p.jacobian[:, : self.model.n_states])
+
+    def _unstable(self, p: Point, sigma: float) -> bool:
+        magnitude = float(np.abs(p.jacobian[:, : self.model.n_states]).max())
+        return sigma > _ZERO * max(magnitude, 1.0) ** 0.5
+
+    def _crossing(self, points: list[Point], sigmas: list[float]) -> tuple[Point, bool] | None:
+        """Return the point where stability is lost in the newest step, and whether it is a fold."""
+        p, q = points[-2:]
+        if self._unstable(q, sigmas[-1]) or not q.forward:
+            return self._locate(p, q)
+        if len(points) == 3:
+            left, middle, right = sigmas
+            peak = middle > max(left, right)
+            if peak and middle + 3.0 * (middle - min(left, right)) > 0.0:
+                return self._peak(*points)
+        return None
+
+    def _peak(self, *points: Point) -> tuple[Point, bool] | None:
+        """Look for an unstable stretch around a local maximum of the growth rate."""
+        for p, q in pairwise(points):
+
+            def decay(t: float, p: Point = p, q: Point = q) -> float:
+                return -self._sigma(self.branch.between(p, q, t))
+
+            found = optimize.minimize_scalar(
+                decay, bounds=(0.0, 1.0), method="bounded", options={"xatol": 1e-3}
+            )
+            highest = self.branch.between(p, q, found.x)
+            if self._unstable(highest, -found.fun):
+                return self._locate(p, highest)
+        return None
+
+    def _locate(self, p: Point, q: Point) -> tuple[Point, bool]:
+        """Locate the first loss of stability between a stable and an unstable point.
+
+        Returns it, and whether it is a fold: there too a real eigenvalue crosses zero, but the branch
+        itself turns back.
+        """
+        fold = None if q.forward else self._root(p, q, lambda x: float(x.tangent[-1]))
+        # a growth rate that is within rounding of zero at p is no bracket: stability is lost at p
+        crossing = self._root(p, q, self._sigma) if self._sigma(p) < 0.0 < self._sigma(q) else 0.0
+        if fold is not None:
+            where = self.branch.between(p, q, crossing)
+            real = abs(self._critical(where).imag) < _REAL * self._fastest(where)
+            if fold <= crossing or real:
+                return self.branch.between(p, q, fold), True
+        return self.branch.between(p, q, crossing), False
+
+    def _root(self, p: Point, q: Point, function: Callable[[Point], float]) -> float:
+        """Return the fraction of the way from p to q at which a function of the branch crosses 0."""
+
+        def along(t: float) -> float:
+            return function(self.branch.between(p, q, t) if 0.0 < t < 1.0 else (q if t else p))
+
+        return float(optimize.brentq(along, 0.0, 1.0, xtol=_ROOT, rtol=_ROOT))
+
+    def _fastest(self, p: Point) -> float:
+        return float(np.abs(np.linalg.eigvals(p.jacobian[:, : self.model.n_states])).max())
+
+    def _critical(self, p: Point) -> complex:
+        eigenvalues = np.linalg.eigvals(p.jacobian[:, : self.model.n_states])
+        return complex(eigenvalues[np.argmax(eigenvalues.real)])
+
+    def _classified(self, crossing: tuple[Point, bool]) -> CriticalSpeed:
+        point, fold = crossing
+        if fold:
+            return self._result("fold", point)
+        critical = self._critical(point)
+        hunting = abs(critical.imag) > _CLOSE * self._fastest(point)
+        return self._result("hunting" if hunting else "divergence", point)
+
+    def _result(self, loss: Loss, point: Point | None) -> CriticalSpeed:
+        lost = loss in ("hunting", "divergence", "fold", "end")
+        eigenvalue: complex | None = None
+        mode: NDArray[np.complex128] | None = None
+        multiplicity = 0
+        if point is not None:
+            n = self.model.n_states
+            eigenvalues, vectors = np.linalg.eig(point.jacobian[:, :n].astype(complex))
+            k = int(np.argmax(eigenvalues.real + 1e-12 * eigenvalues.imag))
+            eigenvalue = complex(eigenvalues[k])
+            if eigenvalue.imag < 0.0:
+                eigenvalue, vectors = eigenvalue.conjugate(), vectors.conj()
+            near = np.abs(eigenvalues - eigenvalues[k]) < _CLOSE * np.abs(eigenvalues).max()
+            multiplicity = int(near.sum())
+            mode = vectors[:, k]
+            mode = mode / mode[np.argmax(np.abs(mode[: max(n // 2, 1)]))]
+        oscillates = eigenvalue is not None and loss in ("hunting", "unstable at start")
+        frequency = abs(eigenvalue.imag) / (2.0 * math.pi) if oscillates and eigenvalue else None
+        return CriticalSpeed(
+            loss=loss,
+            speed=math.exp(point.s) if lost and point is not None else None,
+            frequency=frequency or None,
+            state=None if point is None else point.state,
+            eigenvalue=eigenvalue,
+            mode=mode,
+            multiplicity=multiplicity,
+            speed_range=self.speed_range,
+            radius=self.radius,
+            cant=self.cant,
+            model_name=self.model.name,
+            state_names=self.model.state_names,
+        )

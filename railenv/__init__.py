@@ -1,0 +1,54 @@
+"""Hunting dynamics of railway bogies: full nonlinear models on curved track, simulation, equilibria.
+
+>>> import railenv
+>>> model = railenv.Bogie(railenv.HIGH_SPEED_COACH)
+
+Analysis and control design are in :mod:`design`. Compiling (Numba) and python-control load on first
+use, not on import.
+"""
+
+from railenv.equilibrium import Equilibrium, find_equilibrium
+from railenv.errors import (
+    EquilibriumError,
+    ParameterError,
+    RailenvError,
+    SimulationError,
+    UnknownNameError,
+)
+from railenv.models import Bogie, CooperriderBogie, DualWheelset, Model
+from railenv.simulation import simulate
+from railenv.track import Track
+from railenv.vehicles import (
+    COOPERRIDER,
+    HIGH_SPEED_COACH,
+    PRESETS,
+    TABLE_1,
+    TABLE_1_PRINTED_LOADS,
+    CooperriderParameters,
+    Vehicle,
+)
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "COOPERRIDER",
+    "HIGH_SPEED_COACH",
+    "PRESETS",
+    "TABLE_1",
+    "TABLE_1_PRINTED_LOADS",
+    "Bogie",
+    "CooperriderBogie",
+    "CooperriderParameters",
+    "DualWheelset",
+    "Equilibrium",
+    "EquilibriumError",
+    "Model",
+    "ParameterError",
+    "RailenvError",
+    "SimulationError",
+    "Track",
+    "UnknownNameError",
+    "Vehicle",
+    "find_equilibrium",
+    "simulate",
+]

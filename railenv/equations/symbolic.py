@@ -1,0 +1,37 @@
+"""The one SymPy function that the equations need beyond SymPy's own."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import sympy
+
+
+class WherePositive(sympy.Function):
+    """``WherePositive(c, a, b)`` is ``a`` where ``c > 0``, else ``b``; see ``where_positive``.
+
+    SymPy's own ``Piecewise`` rewrites its conditions and folds nested cases, which is slow and
+    changes the order of evaluation; this stays what was written.
+    """
+
+    nargs = 3
+
+    @classmethod
+    def eval(cls, condition: Any, then: Any, otherwise: Any) -> Any:
+        """Choose at once where the condition is a number or makes no difference."""
+        if condition.is_Number:
+            return then if condition > 0 else otherwise
+        if then == otherwise:
+            return then
+        return None
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """Partial derivative with respect to argument ``argindex`` (1, 2 or 3)."""
+        condition, _, _ = self.args
+        if argindex == 1:
+            return sympy.S.Zero  # true everywhere but on the switching surface itself
+        return WherePositive(condition, int(argindex == 2), int(argindex == 3))
+
+    def _latex(self, printer: Any) -> str:
+        condition, then, otherwise = (printer._print(arg) for arg in self.args)
+        return rf"\begin{{cases}} {then} & {condition} > 0 \\ {otherwise} & \text{{else}} \end{{cases}}"

@@ -1,0 +1,435 @@
+"""Running equilibria: steady running at one speed on one curve, and branches of them.
+
+On a tight curve several equilibria coexist, on the tread and on the flange, and the one on the tread
+can end in a fold. A solver started cold finds any of them. So the equilibrium is followed: from
+tangent track at low speed (where it is unique, found by Levenberg-Marquardt) into the curve, then up
+in speed, by pseudo-arclength continuation with the exact Jacobian.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from railenv import checks
+from railenv.errors import EquilibriumError
+from railenv.models import Evaluator, Model
+
+Array = NDArray[np.float64]
+
+RESIDUAL_LIMIT = 1e-6
+"""Largest derivative (m/s^2, rad/s^2) that counts as equilibrium; what remains is rounding error."""
+
+LOW_SPEED = 3.0
+"""m/s, the speed at which branches enter the curve."""
+
+_NEWTON_TOLERANCE = 1e-9  # of a unit of arclength (see Branch)
+_NEWTON_STEPS = 8
+_FARTHEST_CORRECTION = 1e3
+_RELATIVE_UNIT = 0.1
+_LARGEST_STEP, _SMALLEST_STEP = 1.0, 1e-7  # units of arclength
+_LARGEST_MISS = 0.15  # of the step, between the prediction along the tangent and the branch
+_SHORT_STEP = 1e-2
+_SHARPEST_KINK = 2.0  # the same for shorter steps: flange contact bends the branch, no step jumps
+_FARTHEST_BACK = 20.0  # units of s behind its start at which a branch is given up
+_FEW_STEPS = 4  # a corrector that took no more lets the step grow
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A running equilibrium.
+
+    Attributes
+    ----------
+    speed, radius, cant : float
+        m/s, m (``math.inf`` on tangent track), rad.
+    state : ndarray, shape (n_states,)
+    inputs : ndarray, shape (n_inputs,)
+    residual : float
+        Largest remaining derivative, m/s^2 or rad/s^2.
+    state_names : tuple of str
+    """
+
+    speed: float
+    radius: float
+    cant: float
+    state: Array
+    inputs: Array
+    residual: float
+    state_names: tuple[str, ...]
+
+    def __getitem__(self, name: str) -> float:
+        """Return one state by its name."""
+        checks.known("state", [name], self.state_names)
+        return float(self.state[self.state_names.index(name)])
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point of a branch.
+
+    Attributes
+    ----------
+    s : float
+        Path parameter.
+    state : ndarray, shape (n_states,)
+    tangent : ndarray, shape (n_states + 1,)
+        Unit tangent of (state, s), divided by ``scale``.
+    scale : ndarray, shape (n_states + 1,)
+        What one unit of arclength is here, for each state and s.
+    jacobian : ndarray
+        Derivatives with respect to states, inputs, speed, curvature and cant.
+    """
+
+    s: float
+    state: Array
+    tangent: Array
+    scale: Array
+    jacobian: Array
+
+    @property
+    def position(self) -> Array:
+        """State and s in one vector."""
+        return np.append(self.state, self.s)
+
+    @property
+    def forward(self) -> bool:
+        """Whether the path parameter grows along the branch; it does not beyond a fold."""
+        return bool(self.tangent[-1] > 0.0)
+
+
+@dataclass(frozen=True)
+class SpeedPath:
+    """Running conditions along a branch at constant curve: s is the logarithm of the speed."""
+
+    curvature: float
+    cant: float
+    unit = 0.15  # change of s that is one unit of arclength: 15 % in speed
+
+    def at(self, s: float) -> tuple[float, float, float]:
+        """Return speed, curvature and cant at ``s``."""
+        return math.exp(s), self.curvature, self.cant
+
+    def slope(self, s: float) -> tuple[float, float, float]:
+        """Return the derivatives of speed, curvature and cant with respect to ``s``."""
+        return math.exp(s), 0.0, 0.0
+
+
+@dataclass(frozen=True)
+class CurvePath:
+    """Running conditions along a branch at constant speed, from tangent (s = 0) to a curve (s = 1)."""
+
+    speed: float
+    curvature: float
+    cant: float
+    unit = 0.2
+
+    def at(self, s: float) -> tuple[float, float, float]:
+        """Return speed, curvature and cant at ``s``."""
+        return self.speed, s * self.curvature, s * self.cant
+
+    def slope(self, s: float) -> tuple[float, float, float]:
+        """Return the derivatives of speed, curvature and cant with respect to ``s``."""
+        return 0.0, self.curvature, self.cant
+
+
+class Stuck(Exception):
+    """The corrector no longer converges, however small the step."""
+
+
+class Branch:
+    """Follows a branch of equilibria along a path by pseudo-arclength continuation.
+
+    One unit of arclength is the path's ``unit`` of s, or a change of all states by the model's
+    ``scale`` (of states far from zero: by a tenth of their magnitude).
+    """
+
+    def __init__(self, model: Model, path: SpeedPath | CurvePath, inputs: Array) -> None:
+        self.path = path
+        self.name = model.name
+        self._model = model
+        self._n = model.n_states
+        self._evaluator: Evaluator = model.evaluator()
+        self._inputs = inputs
+        self._up = np.append(np.zeros(self._n), 1.0)  # the direction of s
+
+    def _scale(self, state: Array) -> Array:
+        states = math.sqrt(self._n) * (self._model.scale + _RELATIVE_UNIT * np.abs(state))
+        return np.append(states, self.path.unit)
+
+    def residual(self, state: Array, s: float) -> float:
+        """Return the largest derivative (m/s^2, rad/s^2) of a state at ``s``."""
+        self._evaluator.set(state, *self.path.at(s), self._inputs)
+        return largest_derivative(self._evaluator)
+
+    def _bordered(self, z: Array, scale: Array) -> tuple[Array, Array, Array]:
+        """Return f, its derivative in units of ``scale`` with a free last row, and the Jacobian."""
+        n = self._n
+        self._evaluator.set(z[:n], *self.path.at(z[n]), self._inputs)
+        f = self._evaluator.rhs()
+        jacobian = self._evaluator.jacobian()
+        bordered = np.empty((n + 1, n + 1))
+        bordered[:n, :n] = jacobian[:, :n]
+        bordered[:n, n] = jacobian[:, -3:] @ self.path.slope(z[n])
+        bordered[:n] *= scale
+        return f, bordered, jacobian
+
+    def point(self, guess: Array, normal: Array, along: Array, scale: Array) -> tuple[Point, int]:
+        """Solve f = 0 by Newton's method in the hyperplane through ``guess`` with a normal.
+
+        Parameters
+        ----------
+        guess : ndarray, shape (n_states + 1,)
+            State and s.
+        normal, along : ndarray, shape (n_states + 1,)
+            Normal of the hyperplane, and a direction that the tangent shall agree with; divided by
+            ``scale``.
+        scale : ndarray, shape (n_states + 1,)
+
+        Returns
+        -------
+        Point, number of Newton steps
+
+        Raises
+        ------
+        Stuck
+            If it does not converge.
+        """
+        z = guess
+        for steps in range(1, _NEWTON_STEPS + 1):
+            f, bordered, jacobian = self._bordered(z, scale)
+            bordered[-1] = normal
+            offset = normal @ ((z - guess) / scale)
+            try:
+                change = np.linalg.solve(bordered, np.append(f, offset))
+            except np.linalg.LinAlgError:
+                raise Stuck from None
+            size = float(np.abs(change).max())
+            if not size < _FARTHEST_CORRECTION:
+                raise Stuck
+            z = z - change * scale
+            if size < _NEWTON_TOLERANCE:
+                return self._with_tangent(z, bordered, jacobian, along * scale, scale), steps
+        raise Stuck
+
+    def _with_tangent(
+        self, z: Array, bordered: Array, jacobian: Array, along: Array, scale: Array
+    ) -> Point:
+        here = self._scale(z[:-1])
+        bordered[:-1] *= here / scale
+        bordered[-1] = along / here
+        try:
+            tangent = np.linalg.solve(bordered, self._up)
+        except np.linalg.LinAlgError:
+            raise Stuck from None
+        return Point(float(z[-1]), z[:-1], tangent / np.linalg.norm(tangent), here, jacobian)
+
+    def start(self, state: Array, s: float) -> Point:
+        """Return the point at ``s`` near ``state``; the branch leaves it towards larger s."""
+        scale = self._scale(state)
+        return self.point(np.append(state, s), self._up, self._up, scale)[0]
+
+    def between(self, p: Point, q: Point, fraction: float) -> Point:
+        """Return the point of the branch at a fraction of the way from p to q."""
+        way = q.position - p.position
+        chord = way / p.scale
+        length = float(np.linalg.norm(chord))
+        if length == 0.0:
+            return p
+        chord /= length
+        return self.point(p.position + fraction * way, chord, chord, p.scale)[0]
+
+    def points(self, first: Point, s_end: float) -> Iterator[Point]:
+        """Follow the branch from a point, passing folds, until s reaches ``s_end``.
+
+        The last point lies at ``s_end`` exactly. Steps are in units of arclength.
+
+        Raises
+        ------
+        Stuck
+            If the corrector fails at the smallest step, or the branch turns back beyond its start.
+        """
+        point, step = first, _LARGEST_STEP
+        yield point
+        while point.s < s_end:
+            try:
+                following, steps = self._advance(point, step, s_end)
+            except Stuck:
+                step /= 2.0
+                if step < _SMALLEST_STEP:
+                    raise
+                continue
+            if following.s < first.s - _FARTHEST_BACK * self.path.unit:
+                raise Stuck
+            point = following
+            yield point
+            if steps <= _FEW_STEPS:
+                step = min(2.0 * step, _LARGEST_STEP)
+
+    def _advance(self, point: Point, step: float, s_end: float) -> tuple[Point, int]:
+        """Return the next point, at ``s_end`` where the step would pass it, and its Newton steps."""
+        guess = point.position + step * point.tangent * point.scale
+        following, steps = self.point(guess, point.tangent, point.tangent, point.scale)
+        miss = float(np.linalg.norm((following.position - guess) / point.scale))
+        if miss > (_LARGEST_MISS if step > _SHORT_STEP else _SHARPEST_KINK) * step:
+            raise Stuck  # too far from the prediction to be the same branch with no fold between
+        if following.s > s_end:
+            fraction = (s_end - point.s) / (following.s - point.s)
+            guess = point.position + fraction * (following.position - point.position)
+            guess[-1] = s_end
+            return self.point(guess, self._up, point.tangent, point.scale)
+        return following, steps
+
+
+def largest_derivative(evaluator: Evaluator) -> float:
+    """Return the largest magnitude of the derivatives at an evaluator's present state."""
+    return float(np.abs(evaluator.rhs()).max())
+
+
+def tangent_equilibrium(model: Model, speed: float, inputs: Array) -> Array:
+    """Find the equilibrium on tangent track by Levenberg-Marquardt from the model's guess.
+
+    Raises
+    ------
+    EquilibriumError
+        If none is found.
+    """
+    from scipy import optimize  # a slow import, not paid by `import railenv`
+
+    evaluator = model.evaluator()
+    n = model.n_states
+
+    def f(x: Array) -> Array:
+        evaluator.set(x, speed, 0.0, 0.0, inputs)
+        return evaluator.rhs()
+
+    def jacobian(x: Array) -> Array:
+        evaluator.set(x, speed, 0.0, 0.0, inputs)
+        return evaluator.jacobian()[:, :n]
+
+    result: Any = optimize.root(
+        f, model.guess, jac=jacobian, method="lm", options={"xtol": 1e-15, "ftol": 1e-15}
+    )
+    residual = float(np.abs(f(result.x)).max())
+    if not residual < RESIDUAL_LIMIT:
+        raise EquilibriumError(
+            f"{model.name} has no running equilibrium on tangent track at {speed:g} m/s that "
+            f"Levenberg-Marquardt finds from the model's guess: the largest derivative left is "
+            f"{residual:.3g} (limit {RESIDUAL_LIMIT:g})",
+            residual,
+        )
+    return np.asarray(result.x)
+
+
+def enter_curve(
+    model: Model, curvature: float, cant: float, inputs: Array, speed: float = LOW_SPEED
+) -> Array:
+    """Find the equilibrium on a curve at low speed, followed from tangent track.
+
+    Raises
+    ------
+    EquilibriumError
+        If there is none on tangent track or the branch cannot be followed to the curve.
+    """
+    model.check_conditions(speed, curvature, cant)
+    state = tangent_equilibrium(model, speed, inputs)
+    if curvature == 0.0 and cant == 0.0:
+        return state
+    branch = Branch(model, CurvePath(speed, curvature, cant), inputs)
+    return _at_end(branch, state, 0.0, 1.0, through_folds=True)
+
+
+def find_equilibrium(
+    model: Model,
+    *,
+    speed: float,
+    radius: float = math.inf,
+    cant: float = 0.0,
+    inputs: ArrayLike | None = None,
+    through_folds: bool = False,
+) -> Equilibrium:
+    """Find the running equilibrium at a speed on a curve, on the branch that low speed starts on.
+
+    Parameters
+    ----------
+    model : Model
+    speed : float
+        Forward speed, m/s.
+    radius : float
+        Curve radius, m; ``math.inf`` is tangent track, negative the other hand.
+    cant : float
+        Cant angle, rad.
+    inputs : array_like, shape (n_inputs,), optional
+        Constant inputs; zero when left out.
+    through_folds : bool, default False
+        Follow the branch also around a fold in speed. What lies beyond is not reached by a train that
+        accelerates: it would jump, from the tread onto the flange.
+
+    Raises
+    ------
+    EquilibriumError
+        If the branch ends before the speed is reached; the message tells where, and the residual.
+    """
+    speed = checks.speed(speed)
+    curvature, cant = checks.curvature(radius), checks.cant(cant)
+    u = checks.vector("inputs", inputs, model.input_names)
+    low = min(speed, LOW_SPEED)
+    state = enter_curve(model, curvature, cant, u, low)
+    if speed > low:
+        branch = Branch(model, SpeedPath(curvature, cant), u)
+        state = _at_end(branch, state, math.log(low), math.log(speed), through_folds)
+    evaluator = model.evaluator()
+    evaluator.set(state, speed, curvature, cant, u)
+    return Equilibrium(
+        speed, float(radius), cant, state, u, largest_derivative(evaluator), model.state_names
+    )
+
+
+def _at_end(branch: Branch, state: Array, s: float, s_end: float, through_folds: bool) -> Array:
+    """Return the state that a branch from (state, s) has at ``s_end``.
+
+    Raises
+    ------
+    EquilibriumError
+        If it does not reach it.
+    """
+    reached: Point | None = None
+    try:
+        for reached in branch.points(branch.start(state, s), s_end):
+            if not (reached.forward or through_folds):
+                raise Stuck
+    except Stuck:
+        raise _lost(branch, reached, s_end) from None
+    assert reached is not None
+    return reached.state
+
+
+def _lost(branch: Branch, point: Point | None, s_end: float) -> EquilibriumError:
+    """Say where a branch ended, and how far from equilibrium its last state is where it was wanted."""
+    speed, curvature, cant = branch.path.at(s_end)
+    where = f"{speed:g} m/s on a curve of {curvature:g} 1/m with cant {cant:g} rad"
+    if point is None:
+        return EquilibriumError(
+            f"{branch.name} has no running equilibrium that can be followed towards {where}", math.inf
+        )
+    reached_speed, reached_curvature, _ = branch.path.at(point.s)
+    residual = branch.residual(point.state, s_end)
+    if point.forward:
+        end = "it ends there, as where a wheel lifts off the rail"
+        advice = ""
+    else:
+        end = "it turns back in a fold"
+        advice = "; through_folds=True follows it beyond the fold"
+    return EquilibriumError(
+        f"{branch.name} has no running equilibrium at {where} on the branch that starts on tangent "
+        f"track at low speed: near {reached_speed:.4g} m/s and curvature {reached_curvature:.4g} 1/m "
+        f"{end}. With its last state the largest derivative at the wanted condition is "
+        f"{residual:.3g}. Lower the speed, widen the curve or change the cant{advice}",
+        residual,
+        reached_speed,
+    )

@@ -1,0 +1,54 @@
+"""Exceptions of the package; each message names the quantity, its value and what is allowed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+class RailenvError(Exception):
+    """Base of all exceptions that the package defines."""
+
+
+class ParameterError(RailenvError, ValueError):
+    """A quantity has a value that is not allowed."""
+
+
+class UnknownNameError(ParameterError):
+    """A name is not one of those that exist."""
+
+    def __init__(self, kind: str, names: Any, allowed: Any) -> None:
+        given = sorted([names] if isinstance(names, str) else names)
+        super().__init__(
+            f"unknown {kind}: {', '.join(map(repr, given))}; allowed are {', '.join(allowed)}"
+        )
+
+
+class EquilibriumError(RailenvError):
+    """No running equilibrium was found.
+
+    Attributes
+    ----------
+    residual : float
+        Largest derivative (m/s^2 or rad/s^2) that the best attempt leaves.
+    reached : float or None
+        Speed (m/s) up to which the branch could be followed, where that is what failed.
+    """
+
+    def __init__(self, message: str, residual: float, reached: float | None = None) -> None:
+        super().__init__(message)
+        self.residual = residual
+        self.reached = reached
+
+
+class SimulationError(RailenvError):
+    """A simulation left the finite numbers.
+
+    Attributes
+    ----------
+    response : control.TimeResponseData
+        What was computed until then.
+    """
+
+    def __init__(self, message: str, response: Any) -> None:
+        super().__init__(message)
+        self.response = response

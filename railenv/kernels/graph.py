@@ -1,0 +1,254 @@
+"""From equations of motion to straight-line assignments, and their exact derivatives.
+
+The equations are run on SymPy symbols; common-subexpression elimination turns the result into a list
+of assignments, one small operation each. Derivatives are taken on that list: every assignment gives
+the local partial derivatives of its value, and intermediate values are then eliminated one by one
+(the chain rule in the order that multiplies least, Markowitz's; see Griewank and Walther, *Evaluating
+Derivatives*, ch. 9). Nothing is ever expanded, so this takes a second where differentiating the
+expanded expressions takes minutes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+
+import sympy
+from sympy.core.parameters import distribute
+
+CONDITIONS = ("speed", "curvature", "cant")
+
+Assignment = tuple[sympy.Symbol, sympy.Expr]
+
+
+@dataclass(frozen=True)
+class Graph:
+    """Assignments that compute the right-hand side, and the symbols they start from and end in."""
+
+    states: tuple[sympy.Symbol, ...]
+    inputs: tuple[sympy.Symbol, ...]
+    conditions: tuple[sympy.Symbol, ...]
+    parameters: tuple[sympy.Symbol, ...]
+    assignments: tuple[Assignment, ...]
+    outputs: tuple[sympy.Expr, ...]  # a symbol or a number each
+
+    @property
+    def variables(self) -> tuple[sympy.Symbol, ...]:
+        """What the Jacobian is taken with respect to, in the order of its columns."""
+        return (*self.states, *self.inputs, *self.conditions)
+
+
+@dataclass(frozen=True)
+class Jacobian:
+    """Assignments that compute the nonzero entries of the Jacobian, given those of its Graph."""
+
+    assignments: tuple[Assignment, ...]
+    entries: tuple[tuple[int, int, sympy.Expr], ...]  # row, column, value (a symbol or a number)
+
+
+def trace(
+    equations: Callable[..., Sequence[Any]],
+    states: Sequence[str],
+    inputs: Sequence[str],
+    parameters: Sequence[str],
+) -> Graph:
+    """Run equations of motion on symbols and flatten the result into assignments.
+
+    Parameters
+    ----------
+    equations : callable
+        ``f(x, u, speed, curvature, cant, p)``, returning one derivative per state.
+    states, inputs, parameters : sequence of str
+        Names of the entries of ``x`` and ``u``, and of the attributes of ``p``.
+
+    Raises
+    ------
+    ValueError
+        If the number of derivatives is not the number of states.
+    """
+    x, u, conditions, p = (
+        tuple(map(sympy.Symbol, names)) for names in (states, inputs, CONDITIONS, parameters)
+    )
+    with distribute(False):  # keep 2*(a + b) as it was written
+        derivatives = list(
+            equations(x, u, *conditions, SimpleNamespace(**dict(zip(parameters, p, strict=True))))
+        )
+        if len(derivatives) != len(states):
+            raise ValueError(
+                f"the equations return {len(derivatives)} derivatives for {len(states)} states; "
+                "they must return one per state, in the order of `states`"
+            )
+        derivatives = [_with_integers(sympy.sympify(d)) for d in derivatives]
+        names = sympy.numbered_symbols("_c")
+        replacements, reduced = sympy.cse(derivatives, symbols=names, order="canonical")
+        flat = _Flattener()
+        for symbol, expression in replacements:
+            flat.assign(symbol, expression)
+        outputs = tuple(flat.atom(expression) for expression in reduced)
+    return Graph(x, u, conditions, p, tuple(flat.assignments), outputs)
+
+
+def differentiate(graph: Graph) -> Jacobian:
+    """Differentiate a graph with respect to its states, inputs and running conditions."""
+    with distribute(False):
+        return _Elimination(graph).run()
+
+
+def needed(assignments: Sequence[Assignment], results: Sequence[sympy.Expr]) -> list[Assignment]:
+    """Keep only the assignments that ``results`` depend on."""
+    wanted = {symbol for result in results for symbol in result.free_symbols}
+    kept = []
+    for symbol, expression in reversed(assignments):
+        if symbol in wanted:
+            wanted |= expression.free_symbols
+            kept.append((symbol, expression))
+    return kept[::-1]
+
+
+def _with_integers(expression: sympy.Expr) -> sympy.Expr:
+    """Replace floats that are whole numbers, so that ``1.0 * x`` and ``0.0 + x`` become ``x``."""
+    floats = expression.atoms(sympy.Float)
+    whole = {f: sympy.Integer(int(f)) for f in floats if float(f).is_integer()}
+    return expression.xreplace(whole)
+
+
+class _Flattener:
+    """Breaks expressions into assignments whose operands are symbols and numbers."""
+
+    def __init__(self) -> None:
+        self.assignments: list[Assignment] = []
+        self._known: dict[sympy.Expr, sympy.Expr] = {}
+        self._renamed: dict[sympy.Symbol, sympy.Expr] = {}
+
+    def assign(self, symbol: sympy.Symbol, expression: sympy.Expr) -> None:
+        """Let ``symbol``, a name for a common subexpression, stand for ``expression``."""
+        self._renamed[symbol] = self.atom(expression)
+
+    def atom(self, expression: sympy.Expr) -> sympy.Expr:
+        """Return a symbol or number equal to ``expression``, assigning what it takes."""
+        if expression.is_Symbol:
+            return self._renamed.get(expression, expression)
+        if expression.is_Number:
+            return expression
+        operation = self._operation(expression)
+        if operation.is_Symbol or operation.is_Number:
+            return operation
+        if operation not in self._known:
+            symbol = sympy.Symbol(f"_{len(self.assignments)}")
+            self.assignments.append((symbol, operation))
+            self._known[operation] = symbol
+        return self._known[operation]
+
+    def _operation(self, expression: sympy.Expr) -> sympy.Expr:
+        if expression.is_Add:  # a sum of products of atoms is one operation
+            return expression.func(
+                *[self._product(term) if term.is_Mul else self.atom(term) for term in expression.args]
+            )
+        return self._product(expression)
+
+    def _product(self, term: sympy.Expr) -> sympy.Expr:
+        if term.is_Symbol or term.is_Number:
+            return self.atom(term)
+        if term.is_Pow:
+            base, exponent = term.args
+            if not exponent.is_Number:
+                raise TypeError(f"{term}: a power must have a constant number as exponent")
+            return sympy.Pow(self.atom(base), exponent)
+        if term.is_Mul:
+            return term.func(*[self.atom(factor) for factor in term.args])
+        return term.func(*[self.atom(arg) for arg in term.args])
+
+
+def _local_partials(symbol: sympy.Symbol, operation: sympy.Expr) -> dict[sympy.Symbol, sympy.Expr]:
+    """Partial derivatives of one assignment with respect to its operands.
+
+    Where the value itself appears in its derivative, ``symbol`` stands for it, which saves computing
+    the function again: (1/x)' = -(1/x)^2, sqrt(x)' = 1/(2 sqrt(x)), tan(x)' = 1 + tan(x)^2.
+    """
+    if operation.is_Pow:
+        base, exponent = operation.args
+        if exponent == -1:
+            return {base: -symbol * symbol}
+        if exponent == sympy.Rational(1, 2):
+            return {base: sympy.Rational(1, 2) / symbol}
+    if isinstance(operation, sympy.tan):
+        return {operation.args[0]: 1 + symbol * symbol}
+    if isinstance(operation, sympy.tanh):
+        return {operation.args[0]: 1 - symbol * symbol}
+    if isinstance(operation, sympy.exp):
+        return {operation.args[0]: symbol}
+    operands = sorted(operation.free_symbols, key=lambda s: s.name)
+    return {operand: sympy.diff(operation, operand) for operand in operands}
+
+
+class _Elimination:
+    """Eliminates the intermediate values of a graph from its local partial derivatives."""
+
+    def __init__(self, graph: Graph) -> None:
+        self.graph = graph
+        self.assignments: list[Assignment] = []
+        self._names: dict[sympy.Expr, sympy.Symbol] = {}
+        # partials[v][u] = dv/du over direct edges; users[u] = the values that u enters directly.
+        self.partials: dict[Any, dict[Any, sympy.Expr]] = {}
+        self.users: dict[Any, dict[Any, None]] = {v: {} for v in graph.variables}
+        for symbol, operation in graph.assignments:
+            partials = _local_partials(symbol, operation)
+            active = {u: d for u, d in partials.items() if u in self.users and d != 0}
+            if active:
+                self._add_vertex(symbol, active)
+        for row, output in enumerate(graph.outputs):
+            active = {output: sympy.Integer(1)} if output in self.users else {}
+            self._add_vertex(row, active)
+
+    def _add_vertex(self, vertex: Any, partials: dict[Any, sympy.Expr]) -> None:
+        self.partials[vertex] = partials
+        self.users[vertex] = {}
+        for u in partials:
+            self.users[u][vertex] = None
+
+    def _name(self, expression: sympy.Expr) -> sympy.Expr:
+        """Return a symbol for a partial derivative that is more than a symbol or a number."""
+        if expression.is_Symbol or expression.is_Number or (-expression).is_Symbol:
+            return expression
+        if expression not in self._names:
+            symbol = sympy.Symbol(f"_d{len(self.assignments)}")
+            self.assignments.append((symbol, expression))
+            self._names[expression] = symbol
+        return self._names[expression]
+
+    def _eliminate(self, vertex: Any) -> None:
+        incoming = {u: self._name(d) for u, d in self.partials.pop(vertex).items()}
+        for user in self.users.pop(vertex):
+            outer = self._name(self.partials[user].pop(vertex))
+            for u, inner in incoming.items():
+                self.partials[user][u] = self.partials[user].get(u, 0) + outer * inner
+                self.users[u][user] = None
+        for u in incoming:
+            del self.users[u][vertex]
+
+    def run(self) -> Jacobian:
+        """Eliminate all intermediate values, the one that costs least first."""
+        left = {symbol: i for i, (symbol, _) in enumerate(self.graph.assignments)}
+        left = {symbol: i for symbol, i in left.items() if symbol in self.partials}
+
+        def cost(vertex: Any) -> tuple[int, int]:
+            return len(self.partials[vertex]) * len(self.users[vertex]), -left[vertex]
+
+        while left:
+            vertex = min(left, key=cost)
+            self._eliminate(vertex)
+            del left[vertex]
+        column = {symbol: j for j, symbol in enumerate(self.graph.variables)}
+        entries = []
+        for row in range(len(self.graph.outputs)):
+            for u, derivative in sorted(self.partials[row].items(), key=lambda e: column[e[0]]):
+                if derivative != 0:
+                    entries.append((row, column[u], self._name(derivative)))
+        return Jacobian(tuple(self.assignments), tuple(entries))
+
+
+def attributes(parameters: Mapping[str, float]) -> SimpleNamespace:
+    """Give parameters as attributes, the form in which equations read them."""
+    return SimpleNamespace(**parameters)

@@ -1,0 +1,60 @@
+"""What the rows of a kernel's buffer hold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Rows of the flat buffer ``w[row * L + lane]``, by their first index.
+
+    In order: states ``x``, inputs ``u``, running conditions ``c`` (speed, curvature, cant),
+    parameters ``p``, derivatives ``dx``, two rows per state of work space of the integrators, and the
+    nonzero entries of the Jacobian ``j``. Buffers that only integrate end before ``j``.
+    """
+
+    n_states: int
+    n_inputs: int
+    n_parameters: int
+    n_entries: int
+
+    @property
+    def x(self) -> int:
+        """First row of the states."""
+        return 0
+
+    @property
+    def u(self) -> int:
+        """First row of the inputs."""
+        return self.n_states
+
+    @property
+    def c(self) -> int:
+        """First row of the running conditions."""
+        return self.u + self.n_inputs
+
+    @property
+    def p(self) -> int:
+        """First row of the parameters."""
+        return self.c + 3
+
+    @property
+    def dx(self) -> int:
+        """First row of the derivatives."""
+        return self.p + self.n_parameters
+
+    @property
+    def work(self) -> int:
+        """First row of the integrators' work space."""
+        return self.dx + self.n_states
+
+    @property
+    def j(self) -> int:
+        """First row of the Jacobian's entries."""
+        return self.work + 2 * self.n_states
+
+    @property
+    def rows(self) -> int:
+        """Number of rows, the Jacobian's included."""
+        return self.j + self.n_entries

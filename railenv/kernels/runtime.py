@@ -1,0 +1,253 @@
+"""Elementary functions and integrators that complete every model's generated kernels.
+
+This file is a text that :mod:`railenv.kernels.loader` joins with a header (L, real, the compiling
+decorators) and a model's generated kernels; it is not imported as it stands.
+"""
+
+# ruff: noqa: E402, F821
+# mypy: ignore-errors
+
+
+@inline
+def _quadrant(x):
+    """Nearest whole number to x / (pi/2), by adding and taking away a number without fractions."""
+    return (x * real(0.6366197723675814) + ROUNDER) - ROUNDER
+
+
+@inline
+def _reduced(x, n):
+    """Subtract n * pi/2 from x, with pi/2 in three parts (Cody and Waite)."""
+    return (
+        (x - n * real(1.570796310901641845703125)) - n * real(1.589325471229585673428e-8)
+    ) - n * real(6.12323399573676614e-17)
+
+
+@inline
+def _odd(n):
+    """1 where the whole number n is odd, else 0."""
+    half = n * real(0.5)
+    return abs(half - ((half + ROUNDER) - ROUNDER)) * real(2.0)
+
+
+@inline
+def _tan(x):
+    """Tangent without a branch or a library call, so that lanes vectorise (Cephes' rational)."""
+    n = _quadrant(x)
+    r = _reduced(x, n)
+    z = r * r
+    p = (real(-13093.693918138379) * z + real(1153516.6483858742)) * z + real(-17956525.19764849)
+    q = (
+        ((z + real(13681.296347069295)) * z + real(-1320892.3444021097)) * z + real(25008380.18233579)
+    ) * z + real(-53869575.59294546)
+    top = r * q + r * z * p  # tan r = r + r z p/q
+    odd = _odd(n) > real(0.5)
+    return (-q if odd else top) / (top if odd else q)
+
+
+@inline
+def _sin_polynomial(r):
+    z = r * r
+    return r + r * z * (
+        (
+            (
+                (
+                    (real(1.5896230157654656e-10) * z + real(-2.5050747762857807e-8)) * z
+                    + real(2.7557313621385722e-6)
+                )
+                * z
+                + real(-1.984126982958954e-4)
+            )
+            * z
+            + real(8.333333333322118e-3)
+        )
+        * z
+        + real(-0.16666666666666666)
+    )
+
+
+@inline
+def _cos_polynomial(r):
+    z = r * r
+    return (
+        real(1.0)
+        - real(0.5) * z
+        + z
+        * z
+        * (
+            (
+                (
+                    (
+                        (real(-1.1358536521387682e-11) * z + real(2.08757008419747317e-9)) * z
+                        + real(-2.7557314179273977e-7)
+                    )
+                    * z
+                    + real(2.4801587288851704e-5)
+                )
+                * z
+                + real(-1.3888888888873056e-3)
+            )
+            * z
+            + real(4.1666666666666595e-2)
+        )
+    )
+
+
+@inline
+def _sin_shifted(x, quarters):
+    """Return sin(x + quarters * pi/2)."""
+    n = _quadrant(x)
+    r = _reduced(x, n)
+    m = n + quarters
+    value = _cos_polynomial(r) if _odd(m) > real(0.5) else _sin_polynomial(r)
+    upper = m - _odd(m)  # even; a multiple of 4 where the sine is positive
+    return -value if _odd(upper * real(0.5)) > real(0.5) else value
+
+
+@inline
+def _sin(x):
+    return _sin_shifted(x, real(0.0))
+
+
+@inline
+def _cos(x):
+    return _sin_shifted(x, real(1.0))
+
+
+# --- kernels go here ---
+
+from railenv.kernels.layout import Layout
+
+LAYOUT = Layout(len(STATES), len(INPUTS), len(PARAMETERS), len(CELLS))
+NX = LAYOUT.n_states
+U = LAYOUT.u
+DX = LAYOUT.dx
+X0 = LAYOUT.work
+ACC = LAYOUT.work + NX
+J = LAYOUT.j
+
+
+@jit
+def rk4_step(w, h):
+    """One step of the classical Runge-Kutta method, inputs and conditions held; h in s."""
+    n = NX * L
+    half = real(0.5) * h
+    rhs(w)
+    for i in range(n):
+        w[X0 * L + i] = w[i]
+        w[ACC * L + i] = w[DX * L + i]
+        w[i] = w[X0 * L + i] + half * w[DX * L + i]
+    rhs(w)
+    for i in range(n):
+        w[ACC * L + i] += real(2.0) * w[DX * L + i]
+        w[i] = w[X0 * L + i] + half * w[DX * L + i]
+    rhs(w)
+    for i in range(n):
+        w[ACC * L + i] += real(2.0) * w[DX * L + i]
+        w[i] = w[X0 * L + i] + h * w[DX * L + i]
+    rhs(w)
+    for i in range(n):
+        w[i] = w[X0 * L + i] + (h / real(6.0)) * (w[ACC * L + i] + w[DX * L + i])
+
+
+@jit
+def rk4_hold(w, h, steps):
+    """Integrate some steps with inputs and conditions held."""
+    for _ in range(steps):
+        rk4_step(w, h)
+
+
+@jit
+def rk4_record(w, h, stride, out):
+    """Integrate with inputs and conditions held, storing every stride-th state in a row of out.
+
+    The first row is the initial state. Returns the number of rows stored before a state was no longer
+    finite.
+    """
+    n = NX * L
+    for i in range(n):
+        out[0, i] = w[i]
+    for row in range(1, out.shape[0]):
+        for _ in range(stride):
+            rk4_step(w, h)
+        total = real(0.0)
+        for i in range(n):
+            out[row, i] = w[i]
+            total += w[i] * real(0.0)
+        if total != real(0.0):
+            return row
+    return out.shape[0]
+
+
+@jit
+def rk4_driven(w, h, stride, drive, out):
+    """Like rk4_record, with inputs and conditions that vary: scalar kernels only (L = 1).
+
+    Row i of drive holds them (u, then c) at the time i h/2, so that every stage of a step sees its
+    own values and the method keeps its order.
+    """
+    half = real(0.5) * h
+    width = drive.shape[1]
+    for i in range(NX):
+        out[0, i] = w[i]
+    k = 0
+    for row in range(1, out.shape[0]):
+        for _ in range(stride):
+            for i in range(width):
+                w[U + i] = drive[2 * k, i]
+            rhs(w)
+            for i in range(NX):
+                w[X0 + i] = w[i]
+                w[ACC + i] = w[DX + i]
+                w[i] = w[X0 + i] + half * w[DX + i]
+            for i in range(width):
+                w[U + i] = drive[2 * k + 1, i]
+            rhs(w)
+            for i in range(NX):
+                w[ACC + i] += real(2.0) * w[DX + i]
+                w[i] = w[X0 + i] + half * w[DX + i]
+            rhs(w)
+            for i in range(NX):
+                w[ACC + i] += real(2.0) * w[DX + i]
+                w[i] = w[X0 + i] + h * w[DX + i]
+            for i in range(width):
+                w[U + i] = drive[2 * k + 2, i]
+            rhs(w)
+            for i in range(NX):
+                w[i] = w[X0 + i] + (h / real(6.0)) * (w[ACC + i] + w[DX + i])
+            k += 1
+        total = real(0.0)
+        for i in range(NX):
+            out[row, i] = w[i]
+            total += w[i] * real(0.0)
+        if total != real(0.0):
+            return row
+    return out.shape[0]
+
+
+@jit
+def dense_jacobian(w, rows, columns, out):
+    """Scatter the Jacobian at the buffer's state into a dense zeroed array; scalar kernels only."""
+    jacobian(w)
+    for k in range(rows.shape[0]):
+        out[rows[k], columns[k]] = w[J + k]
+
+
+@jit
+def rhs_blocks(blocks):
+    """Evaluate the right-hand side of every block of L lanes."""
+    for b in range(blocks.shape[0]):
+        rhs(blocks[b])
+
+
+@jit
+def rk4_blocks(blocks, h, steps):
+    """Integrate blocks of L lanes, one after the other on one thread."""
+    for b in range(blocks.shape[0]):
+        rk4_hold(blocks[b], h, steps)
+
+
+@parallel_jit
+def rk4_blocks_parallel(blocks, h, steps):
+    """Integrate blocks of L lanes on all threads."""
+    for b in prange(blocks.shape[0]):
+        rk4_hold(blocks[b], h, steps)

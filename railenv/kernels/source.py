@@ -1,0 +1,161 @@
+"""Python source of a model's kernels, written from its expression graph.
+
+The text defines ``rhs(w)`` and ``jacobian(w)`` over one flat buffer ``w[row * L + lane]``; what the
+rows hold is said by :class:`Layout`. It is completed by ``railenv/kernels/runtime.py`` and compiled by
+:mod:`railenv.kernels.loader`. With L = 1 the same text is the scalar kernel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import sympy
+from sympy.printing.pycode import PythonCodePrinter
+
+from railenv.kernels.graph import Assignment, Graph, differentiate, needed, trace
+from railenv.kernels.layout import Layout
+
+_NATIVE = {"exp": "math.exp", "log": "math.log", "tanh": "math.tanh", "atan": "math.atan"}
+_LONGEST_PRODUCT = 8  # powers up to this are written as products
+_OWN = {"sin": "_sin", "cos": "_cos", "tan": "_tan"}  # branch-free, in runtime.py
+
+
+class _KernelPrinter(PythonCodePrinter):
+    """Prints one assignment; numbers become names of constants of the kernel's own float type.
+
+    A literal would be a float64 and turn float32 lanes into float64 ones.
+    """
+
+    def __init__(self) -> None:
+        super().__init__({"fully_qualified_modules": False, "allow_unknown_functions": True})
+        self.constants: dict[float, str] = {}
+
+    def _constant(self, value: Any) -> str:
+        return self.constants.setdefault(float(value), f"_k{len(self.constants)}")
+
+    def _print_Float(self, expr: Any) -> str:
+        return self._constant(expr)
+
+    _print_Integer = _print_Rational = _print_Half = _print_One = _print_Zero = _print_Float
+    _print_NegativeOne = _print_Float
+
+    def _print_Pow(self, expr: Any, **_: Any) -> str:
+        base, exponent = expr.args
+        text = self._print(base)
+        if exponent == sympy.Rational(1, 2):
+            return f"math.sqrt({text})"
+        if exponent.is_Integer and abs(exponent) <= _LONGEST_PRODUCT:
+            power = "*".join([text] * abs(int(exponent)))
+            if exponent > 0:
+                return f"({power})"
+            return f"({self._constant(1)}/{text if exponent == -1 else f'({power})'})"
+        return f"{text}**{self._constant(exponent)}"
+
+    def _print_Mul(self, expr: Any) -> str:
+        coefficient, rest = expr.as_coeff_Mul()
+        if coefficient == -1:
+            return f"(-{self._print(rest)})"
+        inverse = [f for f in expr.args if f.is_Pow and f.exp.is_Integer and f.exp < 0]
+        factors = [self._print(f) for f in expr.args if f not in inverse]
+        text = "*".join(factors) or self._constant(1)
+        for f in inverse:
+            text += f"/{self._print(sympy.Pow(f.base, -f.exp))}"
+        return f"({text})"
+
+    def _print_Add(self, expr: Any, order: Any = None) -> str:
+        text = ""
+        for term in expr.args:
+            part = self._print(term)
+            if part.startswith("(-") and part.endswith(")") and text:
+                text += f" - {part[2:-1]}"
+            else:
+                text += f" + {part}" if text else part
+        return f"({text})"
+
+    def _print_WherePositive(self, expr: Any) -> str:
+        condition, then, otherwise = (self._print(arg) for arg in expr.args)
+        return f"({then} if {condition} > {self._constant(0)} else {otherwise})"
+
+    def _print_Function(self, expr: Any) -> str:
+        name = expr.func.__name__
+        known = {**_NATIVE, **_OWN}
+        if name not in known:
+            raise TypeError(
+                f"{name}() cannot be compiled; equations may use the functions of "
+                "railenv.equations.functions"
+            )
+        return f"{known[name]}({', '.join(self._print(arg) for arg in expr.args)})"
+
+    _print_sin = _print_cos = _print_tan = _print_tanh = _print_Function
+    _print_exp = _print_log = _print_atan = _print_Function
+
+
+def kernel_source(
+    equations: Callable[..., Sequence[Any]],
+    states: Sequence[str],
+    inputs: Sequence[str],
+    parameters: Sequence[str],
+    title: str,
+) -> str:
+    """Write the kernels of some equations of motion.
+
+    Parameters
+    ----------
+    equations : callable
+        ``f(x, u, speed, curvature, cant, p)`` as in :mod:`railenv.equations`.
+    states, inputs, parameters : sequence of str
+        Names, in the order in which the buffer's rows hold them.
+    title : str
+        What the equations describe, for the text's first line.
+
+    Returns
+    -------
+    str
+        A Python module, not yet complete: see :mod:`railenv.kernels.loader`.
+    """
+    graph = trace(equations, states, inputs, parameters)
+    derivative = differentiate(graph)
+    layout = Layout(len(states), len(inputs), len(parameters), len(derivative.entries))
+    entries = [value for _, _, value in derivative.entries]
+    jacobian = needed([*graph.assignments, *derivative.assignments], entries)
+    rhs_rows = zip(range(layout.dx, layout.dx + layout.n_states), graph.outputs, strict=True)
+    jacobian_rows = zip(range(layout.j, layout.rows), entries, strict=True)
+    cells = ", ".join(f"({row}, {column})" for row, column, _ in derivative.entries)
+    return "\n".join(
+        [
+            f'"""Kernels of the {title}; generated by `make kernels`, never edited."""',
+            "# ruff: noqa",
+            f"STATES = {tuple(states)!r}",
+            f"INPUTS = {tuple(inputs)!r}",
+            f"PARAMETERS = {tuple(parameters)!r}",
+            f"CELLS = ({cells},)  # (row, column) of each nonzero entry of the Jacobian",
+            "",
+            _function("rhs", graph, layout, needed(graph.assignments, graph.outputs), rhs_rows),
+            _function("jacobian", graph, layout, jacobian, jacobian_rows),
+        ]
+    )
+
+
+def _function(
+    name: str, graph: Graph, layout: Layout, assignments: Sequence[Assignment], results: Any
+) -> str:
+    printer = _KernelPrinter()
+    body = [f"{symbol} = {printer.doprint(value)}" for symbol, value in assignments]
+    results = list(results)
+    stores = [f"w[{row}*L + lane] = {printer.doprint(value)}" for row, value in results]
+    used = {s for _, value in (*assignments, *results) for s in value.free_symbols}
+    rows = enumerate((*graph.states, *graph.inputs, *graph.conditions, *graph.parameters))
+    loads = [f"{symbol} = w[{row}*L + lane]" for row, symbol in rows if symbol in used]
+    constants = [f"{k} = real({value!r})" for value, k in printer.constants.items()]
+    return "\n".join(
+        [
+            "",
+            "@jit",
+            f"def {name}(w):",
+            *(f"    {line}" for line in constants),
+            "    for lane in range(L):",
+            *(f"        {line}" for line in (*loads, *body, *stores)),
+            "",
+        ]
+    )

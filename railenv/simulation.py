@@ -1,0 +1,307 @@
+"""Simulation in time: a vehicle along a track, from its running equilibrium or any other state."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from railenv import checks
+from railenv.equilibrium import find_equilibrium
+from railenv.errors import ParameterError, SimulationError
+from railenv.models import Model
+from railenv.track import Track
+
+if TYPE_CHECKING:
+    import control
+
+Array = NDArray[np.float64]
+Signal = float | Callable[[Array], ArrayLike]
+"""A constant, or a function of time (array of s) that returns as many values."""
+
+STEP_PER_MODE = 0.25
+"""Time step of RK4 in units of 1/|eigenvalue| of the fastest mode (its limit of stability is 2.8)."""
+
+_OUTPUT_STEP = 0.005  # s
+_CHUNK = 20_000  # steps whose drive is held in memory at a time
+_CONDITIONS = ("speed", "curvature", "cant")
+
+
+def simulate(
+    model: Model,
+    *,
+    speed: Signal,
+    radius: float = math.inf,
+    cant: float = 0.0,
+    track: Track | None = None,
+    duration: float,
+    perturbation: Mapping[str, float] | None = None,
+    initial_state: ArrayLike | None = None,
+    inputs: Mapping[str, Signal] | None = None,
+    step: float | None = None,
+    output_step: float = _OUTPUT_STEP,
+    method: str = "RK4",
+    rtol: float = 1e-8,
+    atol: float = 1e-10,
+) -> control.TimeResponseData:
+    """Simulate a model in time.
+
+    Parameters
+    ----------
+    model : Model
+    speed : float or callable
+        Forward speed, m/s, or a function of time that returns it. The equations hold for constant
+        speed; a varying one is taken as quasi-steady.
+    radius, cant : float
+        Curve radius (m; ``math.inf`` is tangent track, negative the other hand) and cant (rad).
+    track : Track, optional
+        Curvature and cant along the line from distance 0, instead of ``radius`` and ``cant``.
+    duration : float
+        s.
+    perturbation : mapping of str to float, optional
+        Added to the initial state, by state name: ``{"y_w1": 0.005}``.
+    initial_state : array_like, shape (n_states,), optional
+        Where to start; the running equilibrium at the start of the track when left out.
+    inputs : mapping of str to (float or callable), optional
+        Inputs by name, constant or functions of time; the others are zero.
+    step : float, optional
+        Time step of RK4, s; chosen from the fastest mode when left out.
+    output_step : float, default 0.005
+        Interval of the returned samples, s (shortened so that it divides the duration).
+    method : str, default "RK4"
+        "RK4" is the classical Runge-Kutta method in the compiled kernel; the name of any method of
+        ``scipy.integrate.solve_ivp`` uses that.
+    rtol, atol : float
+        Tolerances of ``solve_ivp``; RK4 does not use them.
+
+    Returns
+    -------
+    control.TimeResponseData
+        Outputs and states are the model's states; inputs are the model's inputs, then speed,
+        curvature and cant.
+
+    Raises
+    ------
+    SimulationError
+        If a state does not stay finite; its ``response`` holds what was computed until then.
+    EquilibriumError
+        If there is no running equilibrium to start from (give ``initial_state`` then).
+
+    Examples
+    --------
+    >>> import railenv
+    >>> model = railenv.Bogie(railenv.HIGH_SPEED_COACH)
+    >>> response = railenv.simulate(
+    ...     model, speed=100.0, perturbation={"y_w1": 0.001, "y_w2": 0.001}, duration=5.0
+    ... )
+    >>> bool(abs(response.outputs[0, -1]) < 1e-4)
+    True
+    """
+    if track is not None and (radius != math.inf or cant != 0.0):
+        raise ParameterError(
+            f"radius is {radius:g} m and cant {cant:g} rad; give either them or a track, not both"
+        )
+    plan = Track.circular(radius, cant) if track is None else track
+    duration = checks.number("duration", duration, low=0.0, open_low=True, unit="s")
+    output_step = checks.number("output_step", output_step, low=0.0, open_low=True, unit="s")
+    run = _Run(model, speed, plan, dict(inputs or {}), duration)
+    start = run.initial_state(initial_state, dict(perturbation or {}))
+    rows = max(1, math.ceil(duration / output_step - 1e-9))
+    times = np.linspace(0.0, duration, rows + 1)
+    if method == "RK4":
+        states = _runge_kutta(run, start, times, step)
+    else:
+        states = _solve_ivp(run, start, times, method, rtol, atol)
+    response = _response(run, times[: len(states)], states)
+    if len(states) < len(times):
+        raise SimulationError(
+            f"the state of {model.name} is no longer finite after {times[len(states) - 1]:.4g} s: the "
+            "motion diverges, or the step is too long for it; the `response` of this error holds "
+            "what was computed until then",
+            response,
+        )
+    return response
+
+
+@dataclass
+class _Run:
+    """What drives a simulation: speed, track and inputs as functions of time."""
+
+    model: Model
+    speed: Signal
+    track: Track
+    inputs: dict[str, Signal]
+    duration: float
+
+    def __post_init__(self) -> None:
+        checks.known("input", self.inputs, self.model.input_names)
+        times = np.linspace(0.0, self.duration, 1001)
+        self._sampled = self._signal("speed", self.speed, times)
+        if not (self._sampled > 0.0).all():
+            i = int(np.argmin(self._sampled))
+            checks.speed(self._sampled[i], f"speed at {times[i]:g} s")
+        for k, c in zip(self.track.curvature, self.track.cant, strict=True):
+            self.model.check_conditions(float(self._sampled[0]), k, c)
+
+    @property
+    def constant(self) -> bool:
+        """Whether nothing varies, so that the kernel can hold it all."""
+        signals = [self.speed, *self.inputs.values()]
+        return len(self.track.distance) == 1 and not any(callable(s) for s in signals)
+
+    @property
+    def slowest(self) -> float:
+        """Lowest speed of the run (m/s), where modes are fastest."""
+        return float(self._sampled.min())
+
+    def _signal(self, name: str, signal: Signal, times: Array) -> Array:
+        if callable(signal):
+            values = np.broadcast_to(np.asarray(signal(times), dtype=float), times.shape)
+        else:
+            values = np.full(times.shape, checks.number(name, signal))
+        if not np.isfinite(values).all():
+            i = int(np.flatnonzero(~np.isfinite(values))[0])
+            raise ParameterError(f"{name} at {times[i]:g} s is {values[i]}; it must be finite")
+        return values
+
+    def drive(self, times: Array, distance: float) -> tuple[Array, float]:
+        """Return inputs and conditions at uniform times, and the distance (m) reached at the last.
+
+        Shape (len(times), n_inputs + 3). The speed is integrated by the trapezoidal rule.
+        """
+        speeds = self._signal("speed", self.speed, times)
+        steps = np.diff(times) * (speeds[1:] + speeds[:-1]) / 2.0
+        distances = distance + np.concatenate([[0.0], np.cumsum(steps)])
+        columns = [self._signal(n, self.inputs.get(n, 0.0), times) for n in self.model.input_names]
+        columns += [speeds, self.track.curvature_at(distances), self.track.cant_at(distances)]
+        return np.ascontiguousarray(np.stack(columns, axis=1)), float(distances[-1])
+
+    def initial_state(self, given: ArrayLike | None, perturbation: dict[str, float]) -> Array:
+        """Return the state to start from."""
+        names = self.model.state_names
+        checks.known("state in perturbation", perturbation, names)
+        if given is not None:
+            state = checks.vector("initial_state", given, names)
+        else:
+            curvature = float(self.track.curvature_at(0.0))
+            state = find_equilibrium(
+                self.model,
+                speed=float(self._sampled[0]),
+                radius=1.0 / curvature if curvature else math.inf,
+                cant=float(self.track.cant_at(0.0)),
+                inputs=self.drive(np.zeros(1), 0.0)[0][0, : self.model.n_inputs],
+            ).state.copy()
+        for name, value in perturbation.items():
+            state[names.index(name)] += checks.number(f"perturbation {name}", value)
+        return state
+
+
+def natural_step(model: Model, state: Array, *, speed: float, curvature: float, cant: float) -> float:
+    """Return the RK4 time step (s) that the fastest mode about a state asks for."""
+    evaluator = model.evaluator()
+    evaluator.set(state, speed, curvature, cant)
+    fastest = np.abs(np.linalg.eigvals(evaluator.jacobian()[:, : model.n_states])).max()
+    return STEP_PER_MODE / max(float(fastest), 1e-6)
+
+
+def _runge_kutta(run: _Run, start: Array, times: Array, step: float | None) -> Array:
+    model = run.model
+    interval = float(times[1] - times[0])
+    first = run.drive(np.zeros(1), 0.0)[0]
+    if step is None:
+        curvature, cant = first[0, -2:]
+        step = natural_step(model, start, speed=run.slowest, curvature=curvature, cant=cant)
+    else:
+        step = checks.number("step", step, low=0.0, open_low=True, unit="s")
+    stride = max(1, math.ceil(interval / step - 1e-9))
+    kernels = model.kernels()
+    layout = kernels.LAYOUT
+    w = np.zeros(layout.j)
+    w[layout.p : layout.dx] = list(model.parameters.values())
+    w[: layout.u] = start
+    h = interval / stride
+    if run.constant:
+        w[layout.u : layout.p] = first[0]
+        out = np.empty((len(times), model.n_states))
+        return out[: kernels.rk4_record(w, h, stride, out)]
+    chunks = [start[None, :]]
+    rows_left, row, distance = len(times) - 1, 0, 0.0
+    while rows_left:
+        rows = min(rows_left, max(1, _CHUNK // stride))
+        halves = times[row] + 0.5 * h * np.arange(2 * rows * stride + 1)
+        drive, distance = run.drive(halves, distance)
+        out = np.empty((rows + 1, model.n_states))
+        good = kernels.rk4_driven(w, h, stride, drive, out)
+        chunks.append(out[1:good])
+        if good < rows + 1:
+            break
+        rows_left, row = rows_left - rows, row + rows
+    return np.concatenate(chunks)
+
+
+def _solve_ivp(run: _Run, start: Array, times: Array, method: str, rtol: float, atol: float) -> Array:
+    from scipy import integrate
+
+    model, m = run.model, run.model.n_inputs
+    evaluator = model.evaluator()
+    grid = np.linspace(0.0, times[-1], max(2001, 20 * len(times)))
+    distance = integrate.cumulative_trapezoid(run._signal("speed", run.speed, grid), grid, initial=0.0)
+
+    def set_evaluator(t: float, x: Array) -> None:
+        drive, _ = run.drive(np.array([t]), float(np.interp(t, grid, distance)))
+        speed, curvature, cant = drive[0, m:]
+        evaluator.set(x, speed, curvature, cant, drive[0, :m])
+
+    def f(t: float, x: Array) -> Array:
+        set_evaluator(t, x)
+        return evaluator.rhs()
+
+    def jacobian(t: float, x: Array) -> Array:
+        set_evaluator(t, x)
+        return evaluator.jacobian()[:, : model.n_states]
+
+    implicit: Any = {"jac": jacobian} if method in ("Radau", "BDF", "LSODA") else {}
+    try:
+        solution = integrate.solve_ivp(
+            f,
+            (0.0, times[-1]),
+            start,
+            method=method,
+            t_eval=times,
+            rtol=rtol,
+            atol=atol,
+            **implicit,
+        )
+    except ValueError as error:
+        if "method" not in str(error):
+            raise
+        raise ParameterError(
+            f"method is {method!r}; it must be 'RK4' or a method of scipy.integrate.solve_ivp"
+        ) from None
+    states = solution.y.T
+    finite = np.isfinite(states).all(axis=1)
+    return states if finite.all() else states[: int(np.argmin(finite))]
+
+
+def _response(run: _Run, times: Array, states: Array) -> control.TimeResponseData:
+    import control
+
+    drive, _ = run.drive(times, 0.0)
+    names = list(run.model.state_names)
+    return control.TimeResponseData(
+        times,
+        states.T,
+        states.T,
+        drive.T,
+        issiso=False,
+        output_labels=names,
+        state_labels=names,
+        input_labels=[*run.model.input_names, *_CONDITIONS],
+        title=f"{run.model.name}",
+        sysname=run.model.name,
+        plot_inputs=False,
+    )
