@@ -9,6 +9,8 @@ hunting from 116.1213 m/s at 3.0553 Hz
 from design.critical_speed import CriticalSpeed, critical_speed
 from design.equilibrium import equilibrium
 from design.linearization import linearize
+from design.locus import SpeedLocus, speed_locus
+from design.sweep import CurveSweep, curve_sweep
 
 __all__ = [
     "CriticalSpeed",

@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,6 +24,7 @@ from railenv.errors import EquilibriumError, ParameterError
 from railenv.models import Model
 
 if TYPE_CHECKING:
+    import control
     from matplotlib.axes import Axes
 
 Loss = Literal["hunting", "divergence", "fold", "end", "none", "unstable at start"]
@@ -87,6 +88,25 @@ class CriticalSpeed:
             return None
         return self.speed / self.frequency
 
+    def summary(self) -> dict[str, Any]:
+        """Return everything but the mode as plain numbers and strings, ready for JSON."""
+        named = (
+            None
+            if self.state is None
+            else dict(zip(self.state_names, self.state.tolist(), strict=True))
+        )
+        return {
+            "loss": self.loss,
+            "speed": self.speed,
+            "frequency": self.frequency,
+            "wavelength": self.wavelength,
+            "multiplicity": self.multiplicity,
+            "speed_range": list(self.speed_range),
+            "radius": None if math.isinf(self.radius) else self.radius,
+            "cant": self.cant,
+            "equilibrium": named,
+        }
+
     def __str__(self) -> str:
         low, high = self.speed_range
         if self.loss == "none":
@@ -100,7 +120,7 @@ class CriticalSpeed:
         at = f" at {self.frequency:.4f} Hz" if self.frequency is not None else ""
         return f"{self.loss} from {self.speed:.4f} m/s{at}"
 
-    def plot(self, ax: Axes | None = None) -> Axes:
+    def plot(self, ax: Axes | None = None) -> control.ControlPlot:
         """Draw the critical mode: magnitude and phase of every displacement."""
         from design.plots import plot_mode
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from railenv import checks
-from railenv.errors import EquilibriumError
+from railenv.errors import EquilibriumError, ParameterError
 from railenv.models import Evaluator, Model
 
 Array = NDArray[np.float64]
@@ -407,6 +407,37 @@ def _at_end(branch: Branch, state: Array, s: float, s_end: float, through_folds:
         raise _lost(branch, reached, s_end) from None
     assert reached is not None
     return reached.state
+
+
+def follow_speeds(
+    model: Model, speeds: ArrayLike, *, radius: float = math.inf, cant: float = 0.0
+) -> Iterator[Point]:
+    """Follow the running equilibrium through increasing speeds; yields one point for each.
+
+    Parameters
+    ----------
+    model : Model
+    speeds : array_like
+        Increasing, m/s.
+    radius, cant : float
+        Curve radius (m; ``math.inf`` is tangent track, negative the other hand) and cant (rad).
+
+    Raises
+    ------
+    EquilibriumError
+        If the branch ends before the next speed; the points before it have been yielded.
+    """
+    curvature, cant = checks.curvature(radius), checks.cant(cant)
+    targets = [checks.speed(v) for v in np.atleast_1d(np.asarray(speeds, dtype=float))]
+    low = min(targets[0], LOW_SPEED)
+    inputs = np.zeros(model.n_inputs)
+    branch = Branch(model, SpeedPath(curvature, cant), inputs)
+    state, s = enter_curve(model, curvature, cant, inputs, low), math.log(low)
+    for v, following in zip(targets, [*targets[1:], math.inf], strict=True):
+        if not v < following:
+            raise ParameterError(f"speed {following:g} m/s follows {v:g}; speeds must increase")
+        state, s = _at_end(branch, state, s, math.log(v), through_folds=False), math.log(v)
+        yield branch.start(state, s)
 
 
 def _lost(branch: Branch, point: Point | None, s_end: float) -> EquilibriumError:

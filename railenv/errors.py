@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from typing import Any
 
 
@@ -17,10 +18,11 @@ class UnknownNameError(ParameterError):
     """A name is not one of those that exist."""
 
     def __init__(self, kind: str, names: Any, allowed: Any) -> None:
-        given = sorted([names] if isinstance(names, str) else names)
-        super().__init__(
-            f"unknown {kind}: {', '.join(map(repr, given))}; allowed are {', '.join(allowed)}"
-        )
+        parts = []
+        for name in sorted([names] if isinstance(names, str) else names):
+            close = difflib.get_close_matches(name, allowed, n=1)
+            parts.append(repr(name) + (f" (did you mean {close[0]!r}?)" if close else ""))
+        super().__init__(f"unknown {kind}: {', '.join(parts)}; allowed are {', '.join(allowed)}")
 
 
 class EquilibriumError(RailenvError):

@@ -19,7 +19,7 @@ from railenv.errors import ParameterError
 
 LoadBookkeeping = Literal["once", "printed"]
 
-_TABLE = "Table 1 of the paper"
+_TABLE = "Table 1"
 _BEYOND = "beyond the paper"
 
 
@@ -103,7 +103,7 @@ class Vehicle(ParameterRecord):
         "I_wy",
         "kg m^2",
         "pitch inertia of a wheelset, about its axle (gyroscopic terms)",
-        "eq 6; omitted in Table 1, 140 in Zhai, Vehicle-Track Coupled Dynamics, appendix",
+        "eq 6; not in Table 1, from Zhai",
     )
     wheelset_yaw_inertia: float = _positive("I_wz", "kg m^2", "yaw inertia of a wheelset")
     frame_mass: float = _positive("m_b", "kg", "mass of the bogie frame")

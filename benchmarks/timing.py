@@ -1,0 +1,60 @@
+"""Timing on machines that are shared and noisy.
+
+What is compared is timed in turns, so that a disturbance meets both sides alike.
+
+- Short kernels are judged by their shortest time, in pieces of less than a millisecond, which end
+  before the operating system gives the processor to another process.
+- What takes milliseconds of one thread is judged by the median of its processor time, which leaves
+  out the time that other processes have; the elapsed time is shown beside it.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+Action = Callable[[], object]
+
+
+class Times(NamedTuple):
+    """Times of the repetitions of one action, s."""
+
+    elapsed: list[float]
+    processor: list[float]
+
+
+def interleaved(actions: Sequence[Action], repetitions: int) -> list[Times]:
+    """Time actions in turns, after one call of each that is not timed."""
+    for action in actions:
+        action()
+    results = [Times([], []) for _ in actions]
+    for _ in range(repetitions):
+        for action, times in zip(actions, results, strict=True):
+            processor, start = time.process_time(), time.perf_counter()
+            action()
+            times.elapsed.append(time.perf_counter() - start)
+            times.processor.append(time.process_time() - processor)
+    return results
+
+
+def shortest(actions: Sequence[Action], repetitions: int) -> list[float]:
+    """Return the shortest elapsed time of each action, s."""
+    return [min(times.elapsed) for times in interleaved(actions, repetitions)]
+
+
+def medians(actions: Sequence[Action], repetitions: int) -> list[tuple[float, float]]:
+    """Return medians of the processor time and of the elapsed time of each action, s."""
+    return [
+        (statistics.median(times.processor), statistics.median(times.elapsed))
+        for times in interleaved(actions, repetitions)
+    ]
+
+
+def processor_share(duration: float = 0.3) -> float:
+    """Share of one processor that a busy loop gets for a while (s): 1 on an idle machine."""
+    processor, start = time.process_time(), time.perf_counter()
+    while (elapsed := time.perf_counter() - start) < duration:
+        pass
+    return (time.process_time() - processor) / elapsed

@@ -1,0 +1,368 @@
+"""The command line: ``railenv --help``."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+import railenv
+from railenv import vehicles as vehicle_records
+from railenv.errors import ParameterError, RailenvError
+
+if TYPE_CHECKING:
+    from railenv.models import Model
+
+app = typer.Typer(
+    help="Hunting of railway bogies on curved track: models, stability and simulation.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+out = Console()
+err = Console(stderr=True)
+
+_NARROW: Any = {"box": box.SIMPLE, "padding": (0, 1, 0, 0), "pad_edge": False}
+"""Tables that fit a terminal of 80 columns."""
+
+ModelName = Literal["bogie", "dual-wheelset", "cooperrider"]
+
+VehicleOption = Annotated[
+    str,
+    typer.Option(
+        "--vehicle",
+        "-v",
+        help="A shipped vehicle (TABLE_1, TABLE_1_PRINTED_LOADS, HIGH_SPEED_COACH) or a TOML file.",
+    ),
+]
+ModelOption = Annotated[
+    ModelName,
+    typer.Option(
+        "--model",
+        "-m",
+        help="Bogie of 12, dual wheelset of 8 or Cooperrider bogie of 7 degrees of freedom.",
+    ),
+]
+RadiusOption = Annotated[
+    float,
+    typer.Option(
+        "--radius", "-r", help="Curve radius in m; inf is tangent track, negative is the other hand."
+    ),
+]
+CantOption = Annotated[
+    float,
+    typer.Option("--cant", "-c", help="Cant angle in rad; positive raises the left, outer rail."),
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option("--set", help="Change a parameter, as conicity=0.2; may be repeated."),
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")]
+PlotOption = Annotated[
+    Path | None, typer.Option("--plot", help="Draw into this file (.png, .svg or .pdf).")
+]
+
+
+def main() -> None:
+    """Run the command line; errors of the package print as one line, with exit status 1."""
+    try:
+        app()
+    except (RailenvError, OSError) as error:
+        err.print(f"[red]error:[/] {error}", highlight=False, soft_wrap=True)
+        raise SystemExit(1) from None
+
+
+@app.callback(invoke_without_command=True)
+def _start(
+    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.")] = False,
+) -> None:
+    if version:
+        out.print(railenv.__version__, highlight=False)
+        raise typer.Exit
+    for name in ("design", "agents"):
+        problem = foreign_package(name)
+        if problem:
+            err.print(f"[yellow]warning:[/] {problem}", highlight=False, soft_wrap=True)
+
+
+def foreign_package(name: str) -> str | None:
+    """Say what is wrong if Python finds another package under one of this distribution's names."""
+    spec = importlib.util.find_spec(name)
+    home = Path(railenv.__file__).resolve().parent.parent
+    if spec is None or spec.origin is None:
+        return f"the package {name!r} of railenv is not installed; reinstall railenv"
+    found = Path(spec.origin).resolve().parent
+    if found.parent == home:
+        return None
+    return (
+        f"Python finds {name!r} in {found}, which does not belong to railenv; another distribution or "
+        f"folder of that name hides railenv's. Use an environment of its own for railenv"
+    )
+
+
+def _vehicle(name: str) -> railenv.Vehicle:
+    if name.endswith(".toml"):
+        return railenv.Vehicle.from_toml(name)
+    return vehicle_records.preset(name)
+
+
+def _model(model: ModelName, vehicle: str, changes: list[str] | None) -> Model:
+    built: Model
+    if model == "cooperrider":
+        built = railenv.CooperriderBogie()
+    else:
+        kind = railenv.Bogie if model == "bogie" else railenv.DualWheelset
+        built = kind(_vehicle(vehicle))
+    return built.replace(**_assignments(changes, "--set")) if changes else built
+
+
+def _assignments(texts: list[str] | None, option: str) -> dict[str, Any]:
+    values: dict[str, Any] = {}
+    for text in texts or []:
+        name, equals, value = text.partition("=")
+        if not equals:
+            raise ParameterError(f"{option} is {text!r}; it must be name=value")
+        values[name.strip()] = _value(value.strip())
+    return values
+
+
+def _value(text: str) -> float | bool | str:
+    if text in ("true", "false"):
+        return text == "true"
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _print_json(data: object) -> None:
+    print(json.dumps(data, indent=2, allow_nan=False))
+
+
+def _save(drawn: Any, path: Path) -> None:
+    drawn.figure.savefig(path)
+    out.print(f"wrote {path}", highlight=False)
+
+
+@app.command()
+def vehicles(
+    name: Annotated[
+        str | None, typer.Argument(help="A shipped vehicle or a TOML file; all vehicles when left out.")
+    ] = None,
+    toml: Annotated[
+        bool, typer.Option("--toml", help="Print the vehicle as a TOML file to start your own from.")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Print the parameters of vehicles, with symbol, unit, meaning and source."""
+    shown = [_vehicle(name)] if name else list(railenv.PRESETS)
+    if toml:
+        if name is None:
+            raise ParameterError("--toml needs the name of one vehicle")
+        print(shown[0].to_toml(), end="")
+        return
+    rows = vehicle_records.describe(railenv.Vehicle)
+    if as_json:
+        _print_json([{row.name: getattr(v, row.name) for row in rows} for v in shown])
+        return
+    out.print(_comparison(shown, rows) if name is None else _description(shown[0], rows))
+    for v in shown:
+        out.print(f"{v.name}: {v.provenance}", highlight=False)
+
+
+def _comparison(shown: list[railenv.Vehicle], rows: list[vehicle_records.FieldDescription]) -> Table:
+    table = Table(title="Vehicles; name one to see meanings and sources", **_NARROW)
+    for title in ("field", "unit"):
+        table.add_column(title, no_wrap=True)
+    for v in shown:
+        table.add_column(v.name.replace("_", "_\n"), justify="right", no_wrap=True)
+    for row in _numeric(rows):
+        table.add_row(row.name, row.unit, *(_written(getattr(v, row.name)) for v in shown))
+    return table
+
+
+def _description(vehicle: railenv.Vehicle, rows: list[vehicle_records.FieldDescription]) -> Table:
+    table = Table(title=vehicle.name, **_NARROW)
+    for title in ("field", "value", "unit"):
+        table.add_column(title, no_wrap=True)
+    table.add_column("meaning (symbol; source)")
+    for row in _numeric(rows):
+        meaning = f"{row.meaning} ({'; '.join(filter(None, (row.symbol, row.source)))})"
+        table.add_row(row.name, _written(getattr(vehicle, row.name)), row.unit, meaning)
+    return table
+
+
+def _numeric(
+    rows: list[vehicle_records.FieldDescription],
+) -> list[vehicle_records.FieldDescription]:
+    return [row for row in rows if row.name not in ("name", "provenance")]
+
+
+def _written(value: object) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value).lower()
+
+
+@app.command("critical-speed")
+def critical_speed(
+    vehicle: VehicleOption = "HIGH_SPEED_COACH",
+    model: ModelOption = "bogie",
+    radius: RadiusOption = math.inf,
+    cant: CantOption = 0.0,
+    lowest: Annotated[float, typer.Option(help="Lowest speed searched, m/s.")] = 3.0,
+    highest: Annotated[float, typer.Option(help="Highest speed searched, m/s.")] = 400.0,
+    changes: SetOption = None,
+    plot: PlotOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Find the speed at which steady running ends: by hunting, divergence or loss of equilibrium."""
+    import design
+
+    built = _model(model, vehicle, changes)
+    found = design.critical_speed(built, radius=radius, cant=cant, speed_range=(lowest, highest))
+    if as_json:
+        _print_json({"model": built.name, **found.summary()})
+    else:
+        out.print(f"{built.name}: {found}", highlight=False)
+    if plot:
+        _save(found.plot(), plot)
+
+
+@app.command()
+def locus(
+    vehicle: VehicleOption = "HIGH_SPEED_COACH",
+    model: ModelOption = "bogie",
+    radius: RadiusOption = math.inf,
+    cant: CantOption = 0.0,
+    lowest: Annotated[float, typer.Option(help="Lowest speed, m/s.")] = 5.0,
+    highest: Annotated[float, typer.Option(help="Highest speed, m/s.")] = 200.0,
+    points: Annotated[int, typer.Option(min=2, help="Number of speeds.")] = 100,
+    changes: SetOption = None,
+    plot: PlotOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Compute the eigenvalues over speed, sorted into modes (the speed locus)."""
+    import numpy as np
+
+    import design
+
+    built = _model(model, vehicle, changes)
+    found = design.speed_locus(built, np.linspace(lowest, highest, points), radius=radius, cant=cant)
+    k = found.least_damped
+    if as_json:
+        _print_json(
+            {
+                "model": built.name,
+                "speed": found.speeds.tolist(),
+                "real": found.loci.real.tolist(),
+                "imag": found.loci.imag.tolist(),
+                "least_damped": k,
+                "critical_speed": found.critical.summary(),
+                "ended": found.ended,
+            }
+        )
+    else:
+        table = Table(title=f"{built.name}: least damped mode; {found.critical}")
+        for title in ("speed (m/s)", "growth rate (1/s)", "frequency (Hz)", "damping ratio"):
+            table.add_column(title, justify="right")
+        for i in range(0, len(found.speeds), max(1, len(found.speeds) // 20)):
+            table.add_row(
+                f"{found.speeds[i]:.2f}",
+                f"{found.loci[i, k].real:+.4f}",
+                f"{found.frequency[i, k]:.4f}",
+                f"{found.damping[i, k]:+.5f}",
+            )
+        out.print(table)
+    if plot:
+        _save(found.plot(), plot)
+
+
+@app.command()
+def simulate(
+    speed: Annotated[float, typer.Option("--speed", "-s", help="Forward speed, m/s.")],
+    vehicle: VehicleOption = "HIGH_SPEED_COACH",
+    model: ModelOption = "bogie",
+    radius: RadiusOption = math.inf,
+    cant: CantOption = 0.0,
+    duration: Annotated[float, typer.Option(help="Time simulated, s.")] = 10.0,
+    perturb: Annotated[
+        list[str] | None,
+        typer.Option(help="Add to a state at the start, as y_w1=0.005 (SI units); may be repeated."),
+    ] = None,
+    step: Annotated[
+        float | None, typer.Option(help="Time step, s; from the fastest mode when left out.")
+    ] = None,
+    show: Annotated[
+        list[str] | None, typer.Option(help="A state to report and draw; may be repeated.")
+    ] = None,
+    changes: SetOption = None,
+    csv: Annotated[Path | None, typer.Option(help="Write time and all states to this file.")] = None,
+    plot: PlotOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Simulate a vehicle from its running equilibrium, perturbed, and report how the motion ends."""
+    import numpy as np
+
+    built = _model(model, vehicle, changes)
+    names = show or [built.state_names[0]]
+    railenv.checks.known("state in --show", names, built.state_names)
+    response = railenv.simulate(
+        built,
+        speed=speed,
+        radius=radius,
+        cant=cant,
+        duration=duration,
+        perturbation=_assignments(perturb, "--perturb"),
+        step=step,
+    )
+    rows = {name: response.outputs[built.state_names.index(name)] for name in names}
+    half = len(response.time) // 2
+    summary = {
+        name: {
+            "final": float(y[-1]),
+            "amplitude_first_half": float(np.ptp(y[: half + 1]) / 2.0),
+            "amplitude_second_half": float(np.ptp(y[half:]) / 2.0),
+        }
+        for name, y in rows.items()
+    }
+    if csv:
+        header = ",".join(["time", *built.state_names])
+        table = np.vstack([response.time, response.outputs]).T
+        np.savetxt(csv, table, delimiter=",", header=header, comments="")
+    if as_json:
+        _print_json({"model": built.name, "speed": speed, "duration": duration, "states": summary})
+    else:
+        shown = Table(title=f"{built.name} at {speed:g} m/s for {duration:g} s, SI units")
+        for title in ("state", "final", "amplitude, first half", "amplitude, second half"):
+            shown.add_column(title, justify="right")
+        for name, values in summary.items():
+            shown.add_row(name, *(f"{value:.6g}" for value in values.values()))
+        out.print(shown)
+    if plot:
+        from design.plots import plot_response
+
+        _save(plot_response(response, names), plot)
+
+
+@app.command()
+def demo(
+    directory: Annotated[Path, typer.Option("--out", help="Directory to write to.")] = Path("results"),
+) -> None:
+    """Write critical speeds over curve radius, a speed locus and time histories, in under a minute."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from design.demo import run
+
+    for path in run(directory, out):
+        out.print(f"wrote {path}", highlight=False)
+
+
+if __name__ == "__main__":
+    main()
