@@ -10,7 +10,7 @@ import platform
 from pathlib import Path
 from typing import Annotated
 
-import llvmlite.binding
+import llvmlite.binding  # type: ignore[import-untyped]
 import numba
 import numpy as np
 import scipy
@@ -33,7 +33,7 @@ def circumstances(share: float) -> dict[str, str]:
         "NumPy": np.__version__,
         "SciPy": scipy.__version__,
         "Numba": numba.__version__,
-        "processor": llvmlite.binding.get_host_cpu_name(),
+        "processor (LLVM)": llvmlite.binding.get_host_cpu_name(),
         "threads": str(numba.get_num_threads()),
         "share of a processor": f"{share:.0%}",
     }

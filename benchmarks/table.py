@@ -8,10 +8,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from rich import box
+from rich.console import JustifyMethod
 from rich.table import Table
 
 HEADINGS = ("what", "value", "unit", "statistic", "compared with", "ratio", "required", "holds")
 _RIGHT = ("value", "ratio")
+_UNBROKEN = ("value", "unit", "ratio", "holds")
 
 SCALES = {"s": 1.0, "ms": 1e3, "µs": 1e6, "ns": 1e9}
 
@@ -62,7 +64,8 @@ def terminal(rows: Iterable[Row], title: str) -> Table:
     """Return the table for a terminal."""
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
     for heading in HEADINGS:
-        table.add_column(heading, justify="right" if heading in _RIGHT else "left")
+        justify: JustifyMethod = "right" if heading in _RIGHT else "left"
+        table.add_column(heading, justify=justify, no_wrap=heading in _UNBROKEN, overflow="fold")
     for row in rows:
         table.add_row(*row.cells, style="bold red" if row.holds is False else None)
     return table

@@ -299,14 +299,13 @@ class _Search:
         multiplicity = 0
         if point is not None:
             n = self.model.n_states
-            eigenvalues, vectors = np.linalg.eig(point.jacobian[:, :n].astype(complex))
-            k = int(np.argmax(eigenvalues.real + 1e-12 * eigenvalues.imag))
+            eigenvalues, vectors = np.linalg.eig(point.jacobian[:, :n])
+            # of a complex pair, the eigenvalue in the upper half plane
+            k = int(np.argmax(np.where(eigenvalues.imag >= 0.0, eigenvalues.real, -np.inf)))
             eigenvalue = complex(eigenvalues[k])
-            if eigenvalue.imag < 0.0:
-                eigenvalue, vectors = eigenvalue.conjugate(), vectors.conj()
             near = np.abs(eigenvalues - eigenvalues[k]) < _CLOSE * np.abs(eigenvalues).max()
             multiplicity = int(near.sum())
-            mode = vectors[:, k]
+            mode = vectors[:, k].astype(complex)
             mode = mode / mode[np.argmax(np.abs(mode[: max(n // 2, 1)]))]
         oscillates = eigenvalue is not None and loss in ("hunting", "unstable at start")
         frequency = abs(eigenvalue.imag) / (2.0 * math.pi) if oscillates and eigenvalue else None

@@ -127,7 +127,7 @@ def speed_locus(
         ended = str(error)
         warnings.warn(f"the speed locus ends early: {ended}", UserWarning, stacklevel=2)
     n = model.n_states
-    decompositions = [np.linalg.eig(p.jacobian[:, :n].astype(complex)) for p in points]
+    decompositions = [np.linalg.eig(p.jacobian[:, :n]) for p in points]
     reached = targets[: len(points)]
     search = (min(float(reached[0]), LOW_SPEED), float(targets[-1]))
     return SpeedLocus(
@@ -156,4 +156,4 @@ def _sorted(decompositions: list[Any]) -> Complex:
         _, order = linear_sum_assignment(distance + _SHAPE_WEIGHT * (1.0 - likeness))
         rows.append(next_values[order])
         vectors = next_vectors[:, order]
-    return np.array(rows)
+    return np.array(rows, dtype=complex)

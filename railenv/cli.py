@@ -206,7 +206,9 @@ def _numeric(
 
 
 def _written(value: object) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value).lower()
+    if not isinstance(value, float):
+        return str(value).lower()
+    return f"{value:g}".replace("e+0", "e")
 
 
 @app.command("critical-speed")

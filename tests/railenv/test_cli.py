@@ -1,0 +1,181 @@
+"""The command line as a user runs it."""
+
+import csv
+import json
+import subprocess
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+import railenv
+from railenv import cli
+
+runner = CliRunner()
+
+
+def invoke(*arguments):
+    result = runner.invoke(cli.app, [str(a) for a in arguments])
+    assert result.exit_code == 0, result.output
+    return result.output
+
+
+def test_critical_speed_answers_in_one_line():
+    assert invoke("critical-speed") == "bogie: hunting from 116.1213 m/s at 3.0553 Hz\n"
+
+
+def test_critical_speed_as_json():
+    data = json.loads(invoke("critical-speed", "-m", "dual-wheelset", "-v", "TABLE_1", "--json"))
+    assert data["model"] == "dual_wheelset"
+    assert data["speed"] == pytest.approx(35.219, rel=1e-3)
+    assert data["multiplicity"] == 2
+    assert data["radius"] is None
+
+
+def test_critical_speed_on_a_curve_with_changed_parameters_and_a_plot(tmp_path):
+    plain = json.loads(invoke("critical-speed", "-r", 2500, "-c", 0.0873, "--json"))
+    changed = json.loads(
+        invoke(
+            "critical-speed",
+            "-r",
+            2500,
+            "-c",
+            0.0873,
+            "--set",
+            "conicity=0.1",
+            "--set",
+            "wheelbase_curving=true",
+            "--json",
+        )
+    )
+    assert changed["speed"] != plain["speed"]
+    picture = tmp_path / "mode.png"
+    assert f"wrote {picture}" in invoke("critical-speed", "--plot", picture).replace("\n", "")
+    assert picture.stat().st_size > 1000
+
+
+def test_own_vehicle_from_a_file(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text('base = "HIGH_SPEED_COACH"\nname = "mine"\nconicity = 0.2\n')
+    data = json.loads(invoke("critical-speed", "-v", file, "--json"))
+    expected = json.loads(invoke("critical-speed", "--set", "conicity=0.2", "--json"))
+    assert data["speed"] == expected["speed"]
+
+
+def test_vehicles_lists_every_field_and_round_trips_as_toml(tmp_path):
+    listed = invoke("vehicles")
+    for name in railenv.vehicles.QUANTITIES:
+        assert name in listed
+    assert "…" not in listed
+    described = invoke("vehicles", "TABLE_1")
+    assert "514000" in described
+    file = tmp_path / "table_1.toml"
+    file.write_text(invoke("vehicles", "TABLE_1", "--toml"))
+    assert railenv.Vehicle.from_toml(file) == railenv.TABLE_1
+    data = json.loads(invoke("vehicles", "--json"))
+    assert [v["name"] for v in data] == ["TABLE_1", "TABLE_1_PRINTED_LOADS", "HIGH_SPEED_COACH"]
+
+
+def test_locus_as_table_json_and_plot(tmp_path):
+    assert "116.1213" in invoke("locus", "--points", 10)
+    picture = tmp_path / "locus.svg"
+    data = json.loads(invoke("locus", "--points", 5, "--json"))
+    assert len(data["real"]) == len(data["speed"]) == 5
+    assert len(data["real"][0]) == 24
+    invoke("locus", "--points", 10, "--plot", picture)
+    assert "<svg" in picture.read_text()
+
+
+def test_simulate_reports_growth_above_the_critical_speed_and_writes_all_states(tmp_path):
+    table = tmp_path / "run.csv"
+    data = json.loads(
+        invoke(
+            "simulate",
+            "-s",
+            120,
+            "--perturb",
+            "y_w1=0.0001",
+            "--duration",
+            4,
+            "--show",
+            "y_w1",
+            "--show",
+            "psi_b",
+            "--csv",
+            table,
+            "--json",
+        )
+    )
+    y = data["states"]["y_w1"]
+    assert y["amplitude_second_half"] > y["amplitude_first_half"]
+    assert "psi_b" in data["states"]
+    with table.open() as stream:
+        rows = list(csv.DictReader(stream))
+    assert set(rows[0]) == {"time", *railenv.Bogie(railenv.TABLE_1).state_names}
+    assert float(rows[-1]["time"]) == 4.0
+    assert "y_w1" in invoke("simulate", "-s", 100, "--duration", 1, "--plot", tmp_path / "y.png")
+
+
+@pytest.mark.parametrize("command", ["vehicles", "critical-speed", "locus", "simulate", "demo"])
+def test_every_option_of_every_command_is_explained(command):
+    parameters = cli.typer.main.get_command(cli.app).commands[command].params
+    assert parameters
+    for parameter in parameters:
+        assert getattr(parameter, "help", None), f"{command} {parameter.name}"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["critical-speed", "-v", "TABLE_7"], "unknown vehicle: 'TABLE_7' (did you mean 'TABLE_1'?)"),
+        (["critical-speed", "--set", "conicty=0.2"], "did you mean 'conicity'?"),
+        (["critical-speed", "--set", "conicity"], "it must be name=value"),
+        (["critical-speed", "--set", "conicity=-1"], "conicity is -1 1; it must be finite and greater"),
+        (["critical-speed", "-r", "0"], "radius is 0 m"),
+        (["critical-speed", "-v", "nowhere.toml"], "nowhere.toml"),
+        (["simulate", "-s", "100", "--show", "y_w7"], "y_w7"),
+        (["locus", "-r", "400", "-c", "0.09", "--highest", "300"], None),
+    ],
+)
+def test_errors_are_one_line_with_exit_status_1(arguments, message):
+    run = subprocess.run(
+        [sys.executable, "-m", "railenv.cli", *arguments], capture_output=True, text=True, check=False
+    )
+    if message is None:  # ends early, with a warning: no error
+        assert run.returncode == 0
+        assert "ends early" in run.stderr
+        return
+    assert run.returncode == 1
+    assert run.stderr.startswith("error: ")
+    assert message in run.stderr
+    assert "Traceback" not in run.stderr
+
+
+def test_foreign_package_of_the_same_name_is_detected(tmp_path):
+    assert cli.foreign_package("design") is None
+    assert cli.foreign_package("agents") is None
+    (tmp_path / "agents").mkdir()
+    (tmp_path / "agents" / "__init__.py").touch()
+    run = subprocess.run(
+        [sys.executable, "-m", "railenv.cli", "vehicles", "--json"],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        check=False,
+    )
+    assert run.returncode == 0
+    assert "warning: Python finds 'agents'" in run.stderr
+    assert str(tmp_path / "agents") in run.stderr
+
+
+def test_version():
+    assert invoke("--version").strip() == railenv.__version__
+
+
+def test_import_is_light():
+    code = (
+        "import sys, railenv; "
+        "print([m for m in ('numba', 'control', 'sympy', 'matplotlib', 'scipy') if m in sys.modules])"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "[]"
