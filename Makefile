@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint kernels bench clean
+.PHONY: help demo test lint kernels docs bench clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -23,6 +23,10 @@ lint: $(STAMP) ## check style, formatting and types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy railenv design agents
+
+docs: $(STAMP) ## regenerate the pages that are made from code and measurements
+	$(BIN)/railenv vehicles --markdown > docs/vehicles.md
+	$(BIN)/python -m benchmarks.run --markdown docs/benchmarks.md
 
 kernels: $(STAMP) ## regenerate railenv/kernels from railenv/equations
 	$(BIN)/python -m railenv.kernels.generate

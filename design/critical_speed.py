@@ -19,8 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import optimize
 
 from railenv import checks
-from railenv.equilibrium import Branch, Point, SpeedPath, Stuck, enter_curve
-from railenv.errors import EquilibriumError, ParameterError
+from railenv.equilibrium import Branch, Equilibrium, Point, SpeedPath, Stuck, find_equilibrium
+from railenv.errors import ParameterError
 from railenv.models import Model
 
 if TYPE_CHECKING:
@@ -137,8 +137,8 @@ def critical_speed(
 ) -> CriticalSpeed:
     """Find the first speed of a range at which steady running loses stability.
 
-    The equilibrium is followed from tangent track at the lowest speed into the curve and then up in
-    speed, at steps of at most 15 % in speed; a loss of stability is located to better than 1e-6
+    The equilibrium is followed from tangent track at low speed into the curve and then up in speed,
+    through the range at steps of at most 16 %; a loss of stability is located to better than 1e-6
     relative. Where the largest real part peaks below zero between steps, the peak is looked at too.
 
     Parameters
@@ -160,7 +160,7 @@ def critical_speed(
     Raises
     ------
     EquilibriumError
-        If there is no equilibrium on the curve at the lowest speed.
+        If there is no equilibrium on the curve at the lowest speed, or it has ended below that.
 
     Examples
     --------
@@ -174,8 +174,10 @@ def critical_speed(
         raise ParameterError(
             f"speed_range is {speed_range}; the lowest speed must be below the highest"
         )
-    search = _Search(model, checks.curvature(radius), checks.cant(cant), (low, high), float(radius))
-    return search.run(checks.vector("inputs", inputs, model.input_names))
+    u = checks.vector("inputs", inputs, model.input_names)
+    start = find_equilibrium(model, speed=low, radius=radius, cant=cant, inputs=u)
+    branch = Branch(model, SpeedPath(checks.curvature(radius), start.cant), u)
+    return _Search(model, branch, start, (low, high)).run()
 
 
 def growth(jacobian: NDArray[np.float64]) -> float:
@@ -183,24 +185,22 @@ def growth(jacobian: NDArray[np.float64]) -> float:
     return float(np.linalg.eigvals(jacobian).real.max())
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Search:
     """One search for the loss of stability along a branch of equilibria."""
 
     model: Model
-    curvature: float
-    cant: float
+    branch: Branch
+    start: Equilibrium
     speed_range: tuple[float, float]
-    radius: float
 
-    def run(self, inputs: NDArray[np.float64]) -> CriticalSpeed:
+    def run(self) -> CriticalSpeed:
         low, high = self.speed_range
-        state = enter_curve(self.model, self.curvature, self.cant, inputs, low)
-        self.branch = Branch(self.model, SpeedPath(self.curvature, self.cant), inputs)
         points: list[Point] = []
         sigmas: list[float] = []
+        first = self.branch.start(self.start.state, math.log(low))
         try:
-            for p in self.branch.points(self.branch.start(state, math.log(low)), math.log(high)):
+            for p in self.branch.points(first, math.log(high)):
                 points, sigmas = [*points[-2:], p], [*sigmas[-2:], self._sigma(p)]
                 if len(points) == 1:
                     if self._unstable(p, sigmas[0]):
@@ -210,12 +210,6 @@ class _Search:
                 if crossing is not None:
                     return self._classified(crossing)
         except Stuck:
-            if not points:
-                raise EquilibriumError(
-                    f"{self.model.name} has no running equilibrium that can be followed from "
-                    f"{low:g} m/s (radius {self.radius:g} m, cant {self.cant:g} rad)",
-                    math.inf,
-                ) from None
             return self._result("end", points[-1])
         return self._result("none", None)
 
@@ -318,8 +312,8 @@ class _Search:
             mode=mode,
             multiplicity=multiplicity,
             speed_range=self.speed_range,
-            radius=self.radius,
-            cant=self.cant,
+            radius=self.start.radius,
+            cant=self.start.cant,
             model_name=self.model.name,
             state_names=self.model.state_names,
         )

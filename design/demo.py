@@ -33,6 +33,13 @@ _MODELS: tuple[type[railenv.Bogie] | type[railenv.DualWheelset], ...] = (
     railenv.Bogie,
     railenv.DualWheelset,
 )
+_TABLE_RADII = (10_000.0, 6250.0, 1000.0, 250.0)
+_TITLE = "Speed at which steady running ends, m/s"
+_HEADINGS = ("radius of curve", "tangent", *(f"{r:g} m" for r in _TABLE_RADII))
+_CAPTION = (
+    f"cant {CANT} rad on curves; f: the equilibrium on the tread ends in a fold, "
+    "w: it ends where a wheel lifts, otherwise by hunting"
+)
 _STEPS = 2 * len(_VEHICLES) * len(_MODELS) + 3
 
 
@@ -58,8 +65,9 @@ def run(directory: Path, console: Console) -> list[Path]:
         progress.update(task, advance=1, description="time histories")
         files += _history_files(directory, coach)
         progress.update(task, advance=1)
-    console.print(_table(cases))
-    return files
+    rows = _rows(cases)
+    console.print(_table(rows))
+    return [*files, _markdown(directory / "critical_speeds.md", rows)]
 
 
 def _cases(progress: Progress, task: TaskID) -> list[Case]:
@@ -77,23 +85,37 @@ def _cases(progress: Progress, task: TaskID) -> list[Case]:
     return cases
 
 
-def _table(cases: Sequence[Case]) -> Table:
-    table = Table(
-        title="Speed at which steady running ends, m/s", box=box.SIMPLE, padding=(0, 1), pad_edge=False
-    )
-    table.add_column("radius of curve", no_wrap=True)
-    for title in ("tangent", "10000 m", "6250 m", "1000 m", "250 m"):
-        table.add_column(title, justify="right", no_wrap=True)
+def _rows(cases: Sequence[Case]) -> list[list[str]]:
+    rows = []
     for case in cases:
-        speeds = [_brief(case.tangent)]
-        for radius in (10_000.0, 6250.0, 1000.0, 250.0):
-            speeds.append(_brief(critical_speed(case.model, radius=radius, cant=CANT)))
-        table.add_row(f"{case.model.vehicle.name} {case.model.name}", *speeds)
-    table.caption = (
-        f"cant {CANT} rad on curves; f: the equilibrium on the tread ends in a fold, "
-        "w: it ends where a wheel lifts, otherwise by hunting"
-    )
+        found = [
+            case.tangent,
+            *(critical_speed(case.model, radius=r, cant=CANT) for r in _TABLE_RADII),
+        ]
+        rows.append([f"{case.model.vehicle.name} {case.model.name}", *map(_brief, found)])
+    return rows
+
+
+def _table(rows: Sequence[Sequence[str]]) -> Table:
+    table = Table(title=_TITLE, box=box.SIMPLE, padding=(0, 1), pad_edge=False)
+    for i, heading in enumerate(_HEADINGS):
+        table.add_column(heading, justify="right" if i else "left", no_wrap=True)
+    for row in rows:
+        table.add_row(*row)
+    table.caption = _CAPTION
     return table
+
+
+def _markdown(path: Path, rows: Sequence[Sequence[str]]) -> Path:
+    lines = [
+        f"| {' | '.join(_HEADINGS)} |",
+        f"|---|{'---:|' * (len(_HEADINGS) - 1)}",
+        *(f"| {' | '.join(row)} |" for row in rows),
+        "",
+        f"{_TITLE}; {_CAPTION}.",
+    ]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
 
 
 def _brief(found: CriticalSpeed) -> str:

@@ -28,7 +28,7 @@ RESIDUAL_LIMIT = 1e-6
 LOW_SPEED = 3.0
 """m/s, the speed at which branches enter the curve."""
 
-_NEWTON_TOLERANCE = 1e-9  # of a unit of arclength (see Branch)
+_NEWTON_TOLERANCE = 1e-8  # last correction, in units of arclength (see Branch)
 _NEWTON_STEPS = 8
 _FARTHEST_CORRECTION = 1e3
 _RELATIVE_UNIT = 0.1
@@ -109,7 +109,7 @@ class SpeedPath:
 
     curvature: float
     cant: float
-    unit = 0.15  # change of s that is one unit of arclength: 15 % in speed
+    unit = 0.15  # change of s that is one unit of arclength: 16 % in speed
 
     def at(self, s: float) -> tuple[float, float, float]:
         """Return speed, curvature and cant at ``s``."""
@@ -157,6 +157,9 @@ class Branch:
         self._evaluator: Evaluator = model.evaluator()
         self._inputs = inputs
         self._up = np.append(np.zeros(self._n), 1.0)  # the direction of s
+        from scipy.linalg.lapack import dgesv  # a slow import, not paid by `import railenv`
+
+        self._solve = dgesv  # numpy.linalg.solve takes twice as long for a matrix this small
 
     def _scale(self, state: Array) -> Array:
         states = math.sqrt(self._n) * (self._model.scale + _RELATIVE_UNIT * np.abs(state))
@@ -179,16 +182,15 @@ class Branch:
         bordered[:n] *= scale
         return f, bordered, jacobian
 
-    def point(self, guess: Array, normal: Array, along: Array, scale: Array) -> tuple[Point, int]:
+    def point(self, guess: Array, normal: Array, scale: Array) -> tuple[Point, int]:
         """Solve f = 0 by Newton's method in the hyperplane through ``guess`` with a normal.
 
         Parameters
         ----------
         guess : ndarray, shape (n_states + 1,)
             State and s.
-        normal, along : ndarray, shape (n_states + 1,)
-            Normal of the hyperplane, and a direction that the tangent shall agree with; divided by
-            ``scale``.
+        normal : ndarray, shape (n_states + 1,)
+            Normal of the hyperplane, divided by ``scale``; the tangent points to the same side.
         scale : ndarray, shape (n_states + 1,)
 
         Returns
@@ -200,39 +202,47 @@ class Branch:
         Stuck
             If it does not converge.
         """
-        z = guess
+        z, right = guess, np.zeros((self._n + 1, 2))
+        right[-1, 1] = 1.0  # the second solution is the tangent
         for steps in range(1, _NEWTON_STEPS + 1):
             f, bordered, jacobian = self._bordered(z, scale)
             bordered[-1] = normal
-            offset = normal @ ((z - guess) / scale)
-            try:
-                change = np.linalg.solve(bordered, np.append(f, offset))
-            except np.linalg.LinAlgError:
-                raise Stuck from None
+            right[:-1, 0] = f
+            right[-1, 0] = normal @ ((z - guess) / scale)
+            *_, solution, singular = self._solve(bordered, right)
+            if singular:
+                raise Stuck
+            change = solution[:, 0]
             size = float(np.abs(change).max())
             if not size < _FARTHEST_CORRECTION:
                 raise Stuck
             z = z - change * scale
             if size < _NEWTON_TOLERANCE:
-                return self._with_tangent(z, bordered, jacobian, along * scale, scale), steps
+                here = self._scale(z[:-1])
+                tangent = solution[:, 1] * scale / here
+                tangent /= math.sqrt(tangent @ tangent)
+                return Point(float(z[-1]), z[:-1], tangent, here, jacobian), steps
         raise Stuck
 
-    def _with_tangent(
-        self, z: Array, bordered: Array, jacobian: Array, along: Array, scale: Array
-    ) -> Point:
-        here = self._scale(z[:-1])
-        bordered[:-1] *= here / scale
-        bordered[-1] = along / here
-        try:
-            tangent = np.linalg.solve(bordered, self._up)
-        except np.linalg.LinAlgError:
-            raise Stuck from None
-        return Point(float(z[-1]), z[:-1], tangent / np.linalg.norm(tangent), here, jacobian)
-
     def start(self, state: Array, s: float) -> Point:
-        """Return the point at ``s`` near ``state``; the branch leaves it towards larger s."""
-        scale = self._scale(state)
-        return self.point(np.append(state, s), self._up, self._up, scale)[0]
+        """Return the point at ``s`` near ``state``; the branch leaves it towards larger s.
+
+        Raises
+        ------
+        EquilibriumError
+            If the Jacobian is singular there.
+        """
+        try:
+            return self.point(np.append(state, s), self._up, self._scale(state))[0]
+        except Stuck:
+            speed, curvature, cant = self.path.at(s)
+            raise EquilibriumError(
+                f"the running equilibrium of {self.name} at {speed:g} m/s, curvature {curvature:g} 1/m "
+                f"and cant {cant:g} rad is not isolated (its Jacobian is singular), so no branch can "
+                "be followed from it; a state that nothing restores, or a fold, does that",
+                self.residual(state, s),
+                speed,
+            ) from None
 
     def between(self, p: Point, q: Point, fraction: float) -> Point:
         """Return the point of the branch at a fraction of the way from p to q."""
@@ -241,8 +251,7 @@ class Branch:
         length = float(np.linalg.norm(chord))
         if length == 0.0:
             return p
-        chord /= length
-        return self.point(p.position + fraction * way, chord, chord, p.scale)[0]
+        return self.point(p.position + fraction * way, chord / length, p.scale)[0]
 
     def points(self, first: Point, s_end: float) -> Iterator[Point]:
         """Follow the branch from a point, passing folds, until s reaches ``s_end``.
@@ -274,7 +283,7 @@ class Branch:
     def _advance(self, point: Point, step: float, s_end: float) -> tuple[Point, int]:
         """Return the next point, at ``s_end`` where the step would pass it, and its Newton steps."""
         guess = point.position + step * point.tangent * point.scale
-        following, steps = self.point(guess, point.tangent, point.tangent, point.scale)
+        following, steps = self.point(guess, point.tangent, point.scale)
         miss = float(np.linalg.norm((following.position - guess) / point.scale))
         if miss > (_LARGEST_MISS if step > _SHORT_STEP else _SHARPEST_KINK) * step:
             raise Stuck  # too far from the prediction to be the same branch with no fold between
@@ -282,7 +291,7 @@ class Branch:
             fraction = (s_end - point.s) / (following.s - point.s)
             guess = point.position + fraction * (following.position - point.position)
             guess[-1] = s_end
-            return self.point(guess, self._up, point.tangent, point.scale)
+            return self.point(guess, self._up, point.scale)
         return following, steps
 
 

@@ -221,7 +221,13 @@ class Model:
 
     def kernels(self, lanes: int = loader.SCALAR, dtype: str = "float64") -> ModuleType:
         """Return the compiled kernels; see :mod:`railenv.kernels.loader`."""
-        return loader.load(self._source, lanes, dtype)
+        module = loader.load(self._source, lanes, dtype)
+        if tuple(self.parameters) != module.PARAMETERS:
+            raise RuntimeError(
+                f"the kernels of {self.name} were generated for other parameters than the model has; "
+                "run `make kernels`"
+            )
+        return module
 
     def evaluator(self) -> Evaluator:
         """Return a reusable evaluator with its own buffer, for loops that call it often."""

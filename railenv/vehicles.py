@@ -82,9 +82,9 @@ class ParameterRecord:
 class Vehicle(ParameterRecord):
     """Parameters of a bogie, its wheel-rail contact and its share of the vehicle body; SI units.
 
-    All stiffnesses, dampings and creep coefficients are per side (per axle box, per wheel), as in
-    Table 1 of the paper. ``railenv vehicles`` prints every field with symbol, unit, meaning and
-    source.
+    Stiffnesses, dampings and creep coefficients are per side (per axle box, per wheel), as in Table 1
+    of the paper; the nonlinear yaw damper is one per wheelset. ``railenv vehicles`` prints every field
+    with its unit, and ``railenv vehicles NAME`` with symbol, meaning and source.
 
     Raises
     ------

@@ -80,7 +80,7 @@ def primary_reaction(s: int, on_wheelset: SuspensionForce, p: Scalar) -> Suspens
 def secondary(frame: Motion, p: Scalar) -> SuspensionForce:
     """Secondary suspension force on the frame, against a body at rest in the track frame.
 
-    Beyond the paper. The static vertical load is carried by the frame (``carried_masses``), so only
+    Beyond the paper. The frame carries the static vertical load (``loads.bogie_frame_load``), so only
     the damper acts vertically.
     """
     bs2 = p.secondary_arm * p.secondary_arm

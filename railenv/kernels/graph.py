@@ -10,13 +10,15 @@ expanded expressions takes minutes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
 import sympy
 from sympy.core.parameters import distribute
+
+from railenv.errors import ParameterError
 
 CONDITIONS = ("speed", "curvature", "cant")
 
@@ -65,18 +67,26 @@ def trace(
 
     Raises
     ------
-    ValueError
+    ParameterError
         If the number of derivatives is not the number of states.
+    TypeError
+        If the equations do with symbols what only numbers can do.
     """
     x, u, conditions, p = (
         tuple(map(sympy.Symbol, names)) for names in (states, inputs, CONDITIONS, parameters)
     )
     with distribute(False):  # keep 2*(a + b) as it was written
-        derivatives = list(
-            equations(x, u, *conditions, SimpleNamespace(**dict(zip(parameters, p, strict=True))))
-        )
+        named = SimpleNamespace(**dict(zip(parameters, p, strict=True)))
+        try:
+            derivatives = list(equations(x, u, *conditions, named))
+        except TypeError as error:
+            raise TypeError(
+                f"the equations cannot be run on symbols: {error}. Use Python's operators and the "
+                "functions of railenv.equations.functions (not those of math or NumPy), and "
+                "where_positive instead of `if`, max or min"
+            ) from error
         if len(derivatives) != len(states):
-            raise ValueError(
+            raise ParameterError(
                 f"the equations return {len(derivatives)} derivatives for {len(states)} states; "
                 "they must return one per state, in the order of `states`"
             )
@@ -247,8 +257,3 @@ class _Elimination:
                 if derivative != 0:
                     entries.append((row, column[u], self._name(derivative)))
         return Jacobian(tuple(self.assignments), tuple(entries))
-
-
-def attributes(parameters: Mapping[str, float]) -> SimpleNamespace:
-    """Give parameters as attributes, the form in which equations read them."""
-    return SimpleNamespace(**parameters)

@@ -22,6 +22,8 @@ from typing import Any
 import platformdirs
 
 _KERNELS_GO_HERE = "# --- kernels go here ---\n"
+_LAYOUT_IMPORT = "from railenv.kernels.layout import Layout\n"
+_FUTURE = "from __future__ import annotations\n"  # allowed in a file's first lines only
 
 SCALAR = 1
 LANES = {"float64": 16, "float32": 32}
@@ -32,8 +34,9 @@ import math
 import numba
 import numpy as np
 from numba import prange
+from numba.extending import intrinsic
 
-_options = dict(error_model="numpy", fastmath={{"contract"}}, boundscheck=False)
+_options = dict(error_model="numpy", fastmath=False, boundscheck=False)
 jit = numba.njit(cache=True, **_options)
 parallel_jit = numba.njit(cache=True, parallel=True, **_options)
 inline = numba.njit(forceinline=True, **_options)
@@ -69,18 +72,21 @@ def cache_directory() -> Path:
 
 def shipped_source(name: str) -> str:
     """Text of the checked-in kernels of one of the package's own models."""
-    return resources.files("railenv.kernels").joinpath(f"{name}.py").read_text(encoding="utf-8")
+    return _text_of(f"{name}.py")
 
 
 def compilable_text(source: str, lanes: int, dtype: str) -> str:
     """Join header, elementary functions, generated kernels and integrators into one text."""
-    functions, integrators = _runtime_text().split(_KERNELS_GO_HERE)
+    functions, integrators = _text_of("runtime.py").split(_KERNELS_GO_HERE)
+    # in place of the import, so that an edit of the layout is seen too
+    layout = _text_of("layout.py").replace(_FUTURE, "")
+    integrators = integrators.replace(_LAYOUT_IMPORT, layout)
     header = _HEADER.format(dtype=dtype, rounder=_ROUNDER[dtype], lanes=lanes)
     return "\n".join([header, functions, source, integrators])
 
 
-def _runtime_text() -> str:
-    return resources.files("railenv.kernels").joinpath("runtime.py").read_text(encoding="utf-8")
+def _text_of(name: str) -> str:
+    return resources.files("railenv.kernels").joinpath(name).read_text(encoding="utf-8")
 
 
 @cache

@@ -8,18 +8,28 @@ decorators) and a model's generated kernels; it is not imported as it stands.
 # mypy: ignore-errors
 
 
+@intrinsic
+def _fma(typingcontext, a, b, c):
+    """Return a*b + c with one rounding, the same in every lane on every processor."""
+
+    def codegen(context, builder, signature, arguments):
+        return builder.fma(*arguments)
+
+    return a(a, a, a), codegen
+
+
 @inline
 def _quadrant(x):
     """Nearest whole number to x / (pi/2), by adding and taking away a number without fractions."""
-    return (x * real(0.6366197723675814) + ROUNDER) - ROUNDER
+    return _fma(x, real(0.6366197723675814), ROUNDER) - ROUNDER
 
 
 @inline
 def _reduced(x, n):
     """Subtract n * pi/2 from x, with pi/2 in three parts (Cody and Waite)."""
-    return (
-        (x - n * real(1.570796310901641845703125)) - n * real(1.589325471229585673428e-8)
-    ) - n * real(6.12323399573676614e-17)
+    r = _fma(-n, real(1.570796310901641845703125), x)
+    r = _fma(-n, real(1.589325471229585673428e-8), r)
+    return _fma(-n, real(6.12323399573676614e-17), r)
 
 
 @inline
@@ -35,11 +45,13 @@ def _tan(x):
     n = _quadrant(x)
     r = _reduced(x, n)
     z = r * r
-    p = (real(-13093.693918138379) * z + real(1153516.6483858742)) * z + real(-17956525.19764849)
-    q = (
-        ((z + real(13681.296347069295)) * z + real(-1320892.3444021097)) * z + real(25008380.18233579)
-    ) * z + real(-53869575.59294546)
-    top = r * q + r * z * p  # tan r = r + r z p/q
+    p = _fma(real(-13093.693918138379), z, real(1153516.6483858742))
+    p = _fma(p, z, real(-17956525.19764849))
+    q = z + real(13681.296347069295)
+    q = _fma(q, z, real(-1320892.3444021097))
+    q = _fma(q, z, real(25008380.18233579))
+    q = _fma(q, z, real(-53869575.59294546))
+    top = _fma(r * z, p, r * q)  # tan r = r + r z p/q
     odd = _odd(n) > real(0.5)
     return (-q if odd else top) / (top if odd else q)
 
@@ -47,49 +59,23 @@ def _tan(x):
 @inline
 def _sin_polynomial(r):
     z = r * r
-    return r + r * z * (
-        (
-            (
-                (
-                    (real(1.5896230157654656e-10) * z + real(-2.5050747762857807e-8)) * z
-                    + real(2.7557313621385722e-6)
-                )
-                * z
-                + real(-1.984126982958954e-4)
-            )
-            * z
-            + real(8.333333333322118e-3)
-        )
-        * z
-        + real(-0.16666666666666666)
-    )
+    s = _fma(real(1.5896230157654656e-10), z, real(-2.5050747762857807e-8))
+    s = _fma(s, z, real(2.7557313621385722e-6))
+    s = _fma(s, z, real(-1.984126982958954e-4))
+    s = _fma(s, z, real(8.333333333322118e-3))
+    s = _fma(s, z, real(-0.16666666666666666))
+    return _fma(r * z, s, r)
 
 
 @inline
 def _cos_polynomial(r):
     z = r * r
-    return (
-        real(1.0)
-        - real(0.5) * z
-        + z
-        * z
-        * (
-            (
-                (
-                    (
-                        (real(-1.1358536521387682e-11) * z + real(2.08757008419747317e-9)) * z
-                        + real(-2.7557314179273977e-7)
-                    )
-                    * z
-                    + real(2.4801587288851704e-5)
-                )
-                * z
-                + real(-1.3888888888873056e-3)
-            )
-            * z
-            + real(4.1666666666666595e-2)
-        )
-    )
+    c = _fma(real(-1.1358536521387682e-11), z, real(2.08757008419747317e-9))
+    c = _fma(c, z, real(-2.7557314179273977e-7))
+    c = _fma(c, z, real(2.4801587288851704e-5))
+    c = _fma(c, z, real(-1.3888888888873056e-3))
+    c = _fma(c, z, real(4.1666666666666595e-2))
+    return _fma(z * z, c, _fma(real(-0.5), z, real(1.0)))
 
 
 @inline
@@ -130,23 +116,23 @@ J = LAYOUT.j
 def rk4_step(w, h):
     """One step of the classical Runge-Kutta method, inputs and conditions held; h in s."""
     n = NX * L
-    half = real(0.5) * h
+    half, sixth = real(0.5) * h, h / real(6.0)
     rhs(w)
     for i in range(n):
         w[X0 * L + i] = w[i]
         w[ACC * L + i] = w[DX * L + i]
-        w[i] = w[X0 * L + i] + half * w[DX * L + i]
+        w[i] = _fma(half, w[DX * L + i], w[X0 * L + i])
     rhs(w)
     for i in range(n):
-        w[ACC * L + i] += real(2.0) * w[DX * L + i]
-        w[i] = w[X0 * L + i] + half * w[DX * L + i]
+        w[ACC * L + i] = _fma(real(2.0), w[DX * L + i], w[ACC * L + i])
+        w[i] = _fma(half, w[DX * L + i], w[X0 * L + i])
     rhs(w)
     for i in range(n):
-        w[ACC * L + i] += real(2.0) * w[DX * L + i]
-        w[i] = w[X0 * L + i] + h * w[DX * L + i]
+        w[ACC * L + i] = _fma(real(2.0), w[DX * L + i], w[ACC * L + i])
+        w[i] = _fma(h, w[DX * L + i], w[X0 * L + i])
     rhs(w)
     for i in range(n):
-        w[i] = w[X0 * L + i] + (h / real(6.0)) * (w[ACC * L + i] + w[DX * L + i])
+        w[i] = _fma(sixth, w[ACC * L + i] + w[DX * L + i], w[X0 * L + i])
 
 
 @jit
@@ -185,7 +171,7 @@ def rk4_driven(w, h, stride, drive, out):
     Row i of drive holds them (u, then c) at the time i h/2, so that every stage of a step sees its
     own values and the method keeps its order.
     """
-    half = real(0.5) * h
+    half, sixth = real(0.5) * h, h / real(6.0)
     width = drive.shape[1]
     for i in range(NX):
         out[0, i] = w[i]
@@ -198,22 +184,22 @@ def rk4_driven(w, h, stride, drive, out):
             for i in range(NX):
                 w[X0 + i] = w[i]
                 w[ACC + i] = w[DX + i]
-                w[i] = w[X0 + i] + half * w[DX + i]
+                w[i] = _fma(half, w[DX + i], w[X0 + i])
             for i in range(width):
                 w[U + i] = drive[2 * k + 1, i]
             rhs(w)
             for i in range(NX):
-                w[ACC + i] += real(2.0) * w[DX + i]
-                w[i] = w[X0 + i] + half * w[DX + i]
+                w[ACC + i] = _fma(real(2.0), w[DX + i], w[ACC + i])
+                w[i] = _fma(half, w[DX + i], w[X0 + i])
             rhs(w)
             for i in range(NX):
-                w[ACC + i] += real(2.0) * w[DX + i]
-                w[i] = w[X0 + i] + h * w[DX + i]
+                w[ACC + i] = _fma(real(2.0), w[DX + i], w[ACC + i])
+                w[i] = _fma(h, w[DX + i], w[X0 + i])
             for i in range(width):
                 w[U + i] = drive[2 * k + 2, i]
             rhs(w)
             for i in range(NX):
-                w[i] = w[X0 + i] + (h / real(6.0)) * (w[ACC + i] + w[DX + i])
+                w[i] = _fma(sixth, w[ACC + i] + w[DX + i], w[X0 + i])
             k += 1
         total = real(0.0)
         for i in range(NX):

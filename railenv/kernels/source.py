@@ -21,6 +21,14 @@ _LONGEST_PRODUCT = 8  # powers up to this are written as products
 _OWN = {"sin": "_sin", "cos": "_cos", "tan": "_tan"}  # branch-free, in runtime.py
 
 
+def _is_plain_product(term: Any) -> bool:
+    """Whether a term is a product that a multiply-add takes: neither a negation nor a quotient."""
+    if not term.is_Mul or any(f.is_Pow and f.exp.is_negative for f in term.args):
+        return False
+    coefficient, rest = term.as_coeff_Mul()
+    return bool(coefficient != -1 or rest.is_Mul)
+
+
 class _KernelPrinter(PythonCodePrinter):
     """Prints one assignment; numbers become names of constants of the kernel's own float type.
 
@@ -64,13 +72,22 @@ class _KernelPrinter(PythonCodePrinter):
         return f"({text})"
 
     def _print_Add(self, expr: Any, order: Any = None) -> str:
-        text = ""
-        for term in expr.args:
-            part = self._print(term)
-            if part.startswith("(-") and part.endswith(")") and text:
-                text += f" - {part[2:-1]}"
+        """Print a sum with its products fused into multiply-adds, innermost first.
+
+        The fusion is written out because the compiler, left to itself, fuses differently for one lane
+        than for many, and the last bit of the result would depend on it.
+        """
+        products = [term for term in expr.args if _is_plain_product(term)]
+        text = " + ".join(self._print(term) for term in expr.args if term not in products)
+        for product in products:
+            coefficient, rest = product.as_coeff_Mul()
+            if coefficient == -1 and rest.is_Mul:
+                first, others = rest.args[0], rest.args[1:]
+                left, right = f"-{self._print(first)}", self._print(sympy.Mul(*others, evaluate=False))
             else:
-                text += f" + {part}" if text else part
+                first, others = product.args[0], product.args[1:]
+                left, right = self._print(first), self._print(sympy.Mul(*others, evaluate=False))
+            text = f"_fma({left}, {right}, {text})" if text else f"({left})*{right}"
         return f"({text})"
 
     def _print_WherePositive(self, expr: Any) -> str:

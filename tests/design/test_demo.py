@@ -26,6 +26,7 @@ def test_every_file_is_written(results):
         "critical_speed_over_radius.csv",
         "critical_speed_over_radius.png",
         "critical_speed_tangent.json",
+        "critical_speeds.md",
         "speed_locus.csv",
         "speed_locus.png",
         "time_histories.csv",

@@ -158,3 +158,14 @@ def test_cooperrider_bogie_is_refused_on_a_curve():
 
 def _falling(x, u, speed, curvature, cant, p):
     return [x[1], -9.81]
+
+
+def test_equilibrium_that_is_not_isolated_is_an_error_that_says_so():
+    # nothing restores the angle, so every angle is an equilibrium
+    model = railenv.Model("wheel", ["angle", "rate"], [], _free_wheel, {})
+    with pytest.raises(EquilibriumError, match="not isolated"):
+        railenv.find_equilibrium(model, speed=20.0)
+
+
+def _free_wheel(x, u, speed, curvature, cant, p):
+    return [x[1], -x[1]]

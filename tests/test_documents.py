@@ -1,0 +1,73 @@
+"""What README and docs say is what the code does."""
+
+import re
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import pytest
+from typer.testing import CliRunner
+
+import design.demo
+import railenv
+from railenv import cli
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+BLOCKS = [
+    pytest.param(block, id=f"{page.name}-{i}")
+    for page in PAGES
+    for i, block in enumerate(re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL))
+]
+
+
+@pytest.mark.parametrize("block", BLOCKS)
+def test_python_blocks_run_and_print_what_their_comments_say(block, capsys, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    exec(compile(block, "block", "exec"), {"__name__": "__main__"})
+    plt.close("all")
+    printed = capsys.readouterr().out.splitlines()
+    promised = [
+        line.split("# ", 1)[1].strip() for line in block.splitlines() if line.startswith("print(")
+    ]
+    assert printed == promised
+
+
+def test_commands_of_the_readme_run(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    text = (ROOT / "README.md").read_text()
+    commands = re.findall(r"^railenv (.+)$", text, re.MULTILINE)
+    assert len(commands) >= 5
+    for command in commands:
+        result = CliRunner().invoke(cli.app, command.split())
+        assert result.exit_code == 0, result.output
+
+
+def test_table_of_the_readme_is_the_demonstrations(tmp_path):
+    cases = [
+        design.demo.Case(
+            model(vehicle),
+            design.critical_speed(model(vehicle)),
+            design.curve_sweep(model(vehicle), [1000.0], cant=design.demo.CANT),
+        )
+        for model in (railenv.Bogie, railenv.DualWheelset)
+        for vehicle in (railenv.TABLE_1, railenv.HIGH_SPEED_COACH)
+    ]
+    written = design.demo._markdown(tmp_path / "table.md", design.demo._rows(cases)).read_text()
+    assert written.strip() in (ROOT / "README.md").read_text()
+
+
+def test_vehicle_page_is_generated_from_the_metadata():
+    result = CliRunner().invoke(cli.app, ["vehicles", "--markdown"])
+    assert result.output == (ROOT / "docs" / "vehicles.md").read_text()
+
+
+def test_links_between_the_pages_lead_somewhere():
+    for page in PAGES:
+        for target in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", page.read_text()):
+            if not target.startswith("http"):
+                assert (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+def test_changelog_names_the_current_version_or_unreleased_work():
+    text = (ROOT / "CHANGELOG.md").read_text()
+    assert f"[{railenv.__version__}]" in text or "[Unreleased]" in text
