@@ -305,7 +305,7 @@ def linear(x, u, speed, curvature, cant, p):
 
 @pytest.mark.parametrize("count", [0, 2])
 def test_equations_must_return_one_derivative_per_state(count):
-    with pytest.raises(ValueError, match=rf"return {count} derivatives for 1 states"):
+    with pytest.raises(ParameterError, match=rf"return {count} derivatives for 1 states"):
         model_of(lambda x, u, speed, curvature, cant, p: [x[0]] * count)
 
 
@@ -378,7 +378,7 @@ def test_a_power_with_a_varying_exponent_is_refused():
 
 def test_a_branch_on_a_state_is_refused():
     # Python would take one branch for good; where_positive compiles both
-    with pytest.raises(TypeError):
+    with pytest.raises(TypeError, match="where_positive instead of `if`"):
         model_of(lambda x, u, speed, curvature, cant, p: [x[0] if x[0] > 0.0 else -x[0]])
 
 
