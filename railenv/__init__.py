@@ -8,6 +8,7 @@ use, not on import.
 """
 
 from railenv.equilibrium import Equilibrium, find_equilibrium
+from railenv.equipment import Actuator, Equipped, Sensors
 from railenv.errors import (
     EquilibriumError,
     ParameterError,
@@ -36,15 +37,18 @@ __all__ = [
     "PRESETS",
     "TABLE_1",
     "TABLE_1_PRINTED_LOADS",
+    "Actuator",
     "Bogie",
     "CooperriderBogie",
     "CooperriderParameters",
     "DualWheelset",
     "Equilibrium",
     "EquilibriumError",
+    "Equipped",
     "Model",
     "ParameterError",
     "RailenvError",
+    "Sensors",
     "SimulationError",
     "Track",
     "UnknownNameError",

@@ -313,6 +313,7 @@ class Evaluator:
         self._u = self._w[layout.u : layout.c]
         self._c = self._w[layout.c : layout.p]
         self._dx = self._w[layout.dx : layout.work]
+        self._signals = self._w[layout.o : layout.j]
         cells = np.array(self._kernels.CELLS).reshape(-1, 2).T
         self._rows, self._columns = np.ascontiguousarray(cells)
         self._shape = (model.n_states, model.n_states + model.n_inputs + 3)
@@ -336,6 +337,11 @@ class Evaluator:
         """Return the derivatives, shape (n_states,)."""
         self._kernels.rhs(self._w)
         return self._dx.copy()
+
+    def signals(self) -> Array:
+        """Return the signals of a model that has them."""
+        self._kernels.signals(self._w)
+        return self._signals.copy()
 
     def jacobian(self) -> Array:
         """Return the derivatives with respect to states, inputs, speed, curvature and cant.

@@ -98,38 +98,75 @@ def creep_magnitude(wheel: Wheel) -> Scalar:
 
 
 def flange_force(y: Scalar, p: Scalar) -> Scalar:
-    """Force (N) of the flange spring pushing against a lateral displacement y (eq 5).
+    """Force (N) of the flange springs pushing back against a lateral displacement y (eq 5)."""
+    return flange_spring(+1, y, p) - flange_spring(-1, y, p)
 
-    A dead band of +-clearance. The printed blend multiplies the spring force and so pulls the wheel
+
+def flange_spring(side: int, y: Scalar, p: Scalar) -> Scalar:
+    """Force (N), not negative, on the flange of the left (+1) or right (-1) wheel.
+
+    A spring beyond the clearance. The printed blend multiplies the spring force and so pulls the wheel
     towards the rail just inside the clearance; this one is monotone.
     """
+    d = side * y - p.flange_clearance
+    return 0.5 * p.lateral_rail_stiffness * (d + sqrt(d * d + FLANGE_BLEND**2))
 
-    def spring(d: Scalar) -> Scalar:
-        return 0.5 * p.lateral_rail_stiffness * (d + sqrt(d * d + FLANGE_BLEND**2))
 
-    return spring(y - p.flange_clearance) - spring(-y - p.flange_clearance)
+class RailForce(NamedTuple):
+    """Force (N) and moment (N m) of the rail on one wheel, and where it acts (m)."""
+
+    side: int
+    force_x: Scalar
+    force_y: Scalar  # without that on the flange
+    force_z: Scalar
+    moment_x: Scalar
+    moment_z: Scalar
+    arm_x: Scalar
+    arm_y: Scalar
+    arm_z: Scalar
+
+
+def rail_forces(w: Motion, rail: Rail, run: Running, p: Scalar) -> tuple[RailForce, RailForce]:
+    """Return the forces on the left and right wheel in the track frame (eqs 9-11)."""
+    left, right = wheel(+1, w, rail, run, p), wheel(-1, w, rail, run, p)
+    alpha = saturation(left, right, p)
+
+    def on(c: Wheel) -> RailForce:
+        side, a = c.side, p.half_gauge
+        return RailForce(
+            side,
+            # Eq 9: contact plane to track frame, for small yaw and slope; eq 10: alpha.
+            force_x=alpha * (c.creep_x - c.creep_y * w.psi),
+            force_y=alpha * (c.creep_y + c.creep_x * w.psi) + c.normal_y,
+            force_z=side * c.creep_y * c.slope + c.normal_z,  # creep unsaturated, as printed
+            moment_x=side * c.creep_moment * c.slope * w.psi,  # unsaturated, as printed
+            moment_z=alpha * c.creep_moment,
+            # Eq 11: from the wheelset's centre to the contact.
+            arm_x=-side * a * w.psi,
+            arm_y=side * a + c.radius * w.phi,
+            arm_z=side * a * w.phi - c.radius,
+        )
+
+    return on(left), on(right)
 
 
 def contact(w: Motion, rail: Rail, run: Running, p: Scalar) -> WheelsetContact:
-    """Sum the contact forces of both wheels and the flange (eqs 9-11, and their part of eq 6)."""
-    left, right = wheel(+1, w, rail, run, p), wheel(-1, w, rail, run, p)
-    alpha = saturation(left, right, p)
-    force_y = -flange_force(w.y - rail.align, p)
-    force_z = moment_roll = moment_yaw = 0.0
-    for c in (left, right):
-        side = c.side
-        # Eq 9: contact plane to track frame, for small yaw and slope.
-        F_x = alpha * (c.creep_x - c.creep_y * w.psi)
-        F_y = alpha * (c.creep_y + c.creep_x * w.psi)
-        F_z = side * c.creep_y * c.slope  # unsaturated, as printed
-        M_x = side * c.creep_moment * c.slope * w.psi  # unsaturated, as printed
-        M_z = alpha * c.creep_moment
-        # Eq 11: from the wheelset's centre to the contact.
-        R_x = -side * p.half_gauge * w.psi
-        R_y = side * p.half_gauge + c.radius * w.phi
-        R_z = side * p.half_gauge * w.phi - c.radius
-        force_y += F_y + c.normal_y
-        force_z += F_z + c.normal_z
-        moment_roll += R_y * (F_z + c.normal_z) - R_z * (F_y + c.normal_y) + M_x
-        moment_yaw += R_x * (F_y + c.normal_y) - R_y * F_x + M_z
-    return WheelsetContact(force_y, force_z, moment_roll, moment_yaw)
+    """Sum the contact forces of both wheels about the wheelset's centre (their part of eq 6).
+
+    The flange pushes at axle height: as printed, it enters the lateral equation only.
+    """
+    left, right = rail_forces(w, rail, run, p)
+    return WheelsetContact(
+        force_y=left.force_y + right.force_y - flange_force(w.y - rail.align, p),
+        force_z=left.force_z + right.force_z,
+        moment_roll=_roll_moment(left) + _roll_moment(right),
+        moment_yaw=_yaw_moment(left) + _yaw_moment(right),
+    )
+
+
+def _roll_moment(f: RailForce) -> Scalar:
+    return f.arm_y * f.force_z - f.arm_z * f.force_y + f.moment_x
+
+
+def _yaw_moment(f: RailForce) -> Scalar:
+    return f.arm_x * f.force_y - f.arm_y * f.force_x + f.moment_z

@@ -3,6 +3,7 @@
 STATES = ('y_w1', 'psi_w1', 'y_w2', 'psi_w2', 'y_b', 'psi_b', 'phi_b', 'dy_w1', 'dpsi_w1', 'dy_w2', 'dpsi_w2', 'dy_b', 'dpsi_b', 'dphi_b')
 INPUTS = ('M_w1', 'M_w2', 'M_b')
 PARAMETERS = ('wheelset_mass', 'frame_mass', 'wheelset_yaw_inertia', 'frame_yaw_inertia', 'frame_roll_inertia', 'k1', 'k2', 'k3', 'k4', 'k5', 'k6', 'D1', 'D2', 'half_gauge', 'half_wheelbase', 'd1', 'd2', 'h1', 'h2', 'wheel_radius', 'conicity', 'flange_clearance', 'flange_stiffness', 'adhesion_force', 'creep_ratio_lateral', 'creep_ratio_longitudinal', 'creep_coefficient')
+N_SIGNALS = 0
 CELLS = ((0, 7), (1, 8), (2, 9), (3, 10), (4, 11), (5, 12), (6, 13), (7, 0), (7, 1), (7, 4), (7, 5), (7, 6), (7, 7), (7, 8), (7, 17), (8, 0), (8, 1), (8, 5), (8, 7), (8, 8), (8, 14), (8, 17), (9, 2), (9, 3), (9, 4), (9, 5), (9, 6), (9, 9), (9, 10), (9, 17), (10, 2), (10, 3), (10, 5), (10, 9), (10, 10), (10, 15), (10, 17), (11, 0), (11, 2), (11, 4), (11, 5), (11, 6), (11, 11), (11, 13), (12, 0), (12, 1), (12, 2), (12, 3), (12, 5), (12, 14), (12, 15), (12, 16), (13, 0), (13, 2), (13, 4), (13, 5), (13, 6), (13, 11), (13, 13),)  # (row, column) of each nonzero entry of the Jacobian
 
 

@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from railenv.equations import bogie, cooperrider, dual_wheelset
+from railenv.equations.equipped import EQUIPMENT
+from railenv.equipment import Actuator, Sensors
 from railenv.vehicles import COOPERRIDER, TABLE_1
 
 
@@ -20,12 +22,15 @@ class Shipped:
     inputs: tuple[str, ...]
     parameters: tuple[str, ...]
     title: str
+    signals: Callable[..., Sequence[Any]] | None = None
 
     def source(self) -> str:
         """Generate the kernels; needs SymPy."""
         from railenv.kernels.source import kernel_source
 
-        return kernel_source(self.equations, self.states, self.inputs, self.parameters, self.title)
+        return kernel_source(
+            self.equations, self.states, self.inputs, self.parameters, self.title, self.signals
+        )
 
 
 SHIPPED = {
@@ -48,6 +53,24 @@ SHIPPED = {
     ),
 }
 """The models whose kernels are checked in, by the name of their file."""
+
+_EQUIPPED_PARAMETERS = (
+    *TABLE_1.parameters(),
+    *Actuator.secondary().parameters(),
+    *Sensors.standard().parameters(),
+)
+
+SHIPPED |= {
+    f"{plant}_{place}": Shipped(
+        equipment.equations,
+        equipment.state_names,
+        equipment.input_names,
+        _EQUIPPED_PARAMETERS,
+        f"{plant.replace('_', ' ')} with sensors and {place.replace('none', 'no')} actuators",
+        equipment.signals,
+    )
+    for (plant, place), equipment in EQUIPMENT.items()
+}
 
 
 def main() -> None:

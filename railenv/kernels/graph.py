@@ -34,7 +34,8 @@ class Graph:
     conditions: tuple[sympy.Symbol, ...]
     parameters: tuple[sympy.Symbol, ...]
     assignments: tuple[Assignment, ...]
-    outputs: tuple[sympy.Expr, ...]  # a symbol or a number each
+    outputs: tuple[sympy.Expr, ...]  # derivatives of the states; a symbol or a number each
+    signals: tuple[sympy.Expr, ...] = ()  # further results, likewise
 
     @property
     def variables(self) -> tuple[sympy.Symbol, ...]:
@@ -55,6 +56,7 @@ def trace(
     states: Sequence[str],
     inputs: Sequence[str],
     parameters: Sequence[str],
+    signals: Callable[..., Sequence[Any]] | None = None,
 ) -> Graph:
     """Run equations of motion on symbols and flatten the result into assignments.
 
@@ -64,6 +66,8 @@ def trace(
         ``f(x, u, speed, curvature, cant, p)``, returning one derivative per state.
     states, inputs, parameters : sequence of str
         Names of the entries of ``x`` and ``u``, and of the attributes of ``p``.
+    signals : callable, optional
+        Further results to compute, of the same arguments as the equations.
 
     Raises
     ------
@@ -79,6 +83,7 @@ def trace(
         named = SimpleNamespace(**dict(zip(parameters, p, strict=True)))
         try:
             derivatives = list(equations(x, u, *conditions, named))
+            further = list(signals(x, u, *conditions, named)) if signals else []
         except TypeError as error:
             raise TypeError(
                 f"the equations cannot be run on symbols: {error}. Use Python's operators and the "
@@ -90,14 +95,15 @@ def trace(
                 f"the equations return {len(derivatives)} derivatives for {len(states)} states; "
                 "they must return one per state, in the order of `states`"
             )
-        derivatives = [_with_integers(sympy.sympify(d)) for d in derivatives]
+        results = [_with_integers(sympy.sympify(d)) for d in (*derivatives, *further)]
         names = sympy.numbered_symbols("_c")
-        replacements, reduced = sympy.cse(derivatives, symbols=names, order="canonical")
+        replacements, reduced = sympy.cse(results, symbols=names, order="canonical")
         flat = _Flattener()
         for symbol, expression in replacements:
             flat.assign(symbol, expression)
-        outputs = tuple(flat.atom(expression) for expression in reduced)
-    return Graph(x, u, conditions, p, tuple(flat.assignments), outputs)
+        atoms = tuple(flat.atom(expression) for expression in reduced)
+    n = len(states)
+    return Graph(x, u, conditions, p, tuple(flat.assignments), atoms[:n], atoms[n:])
 
 
 def differentiate(graph: Graph) -> Jacobian:

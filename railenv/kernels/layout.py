@@ -10,14 +10,15 @@ class Layout:
     """Rows of the flat buffer ``w[row * L + lane]``, by their first index.
 
     In order: states ``x``, inputs ``u``, running conditions ``c`` (speed, curvature, cant),
-    parameters ``p``, derivatives ``dx``, two rows per state of work space of the integrators, and the
-    nonzero entries of the Jacobian ``j``. Buffers that only integrate end before ``j``.
+    parameters ``p``, derivatives ``dx``, two rows per state of work space of the integrators, signals
+    ``o``, and the nonzero entries of the Jacobian ``j``. Buffers that only integrate end before ``j``.
     """
 
     n_states: int
     n_inputs: int
     n_parameters: int
     n_entries: int
+    n_signals: int = 0
 
     @property
     def x(self) -> int:
@@ -50,9 +51,14 @@ class Layout:
         return self.dx + self.n_states
 
     @property
+    def o(self) -> int:
+        """First row of the signals."""
+        return self.work + 2 * self.n_states
+
+    @property
     def j(self) -> int:
         """First row of the Jacobian's entries."""
-        return self.work + 2 * self.n_states
+        return self.o + self.n_signals
 
     @property
     def rows(self) -> int:

@@ -103,7 +103,7 @@ def _cos(x):
 
 from railenv.kernels.layout import Layout
 
-LAYOUT = Layout(len(STATES), len(INPUTS), len(PARAMETERS), len(CELLS))
+LAYOUT = Layout(len(STATES), len(INPUTS), len(PARAMETERS), len(CELLS), N_SIGNALS)
 NX = LAYOUT.n_states
 U = LAYOUT.u
 DX = LAYOUT.dx

@@ -114,6 +114,7 @@ def kernel_source(
     inputs: Sequence[str],
     parameters: Sequence[str],
     title: str,
+    signals: Callable[..., Sequence[Any]] | None = None,
 ) -> str:
     """Write the kernels of some equations of motion.
 
@@ -125,19 +126,24 @@ def kernel_source(
         Names, in the order in which the buffer's rows hold them.
     title : str
         What the equations describe, for the text's first line.
+    signals : callable, optional
+        Further results, of the same arguments as the equations; they get a function ``signals(w)``.
 
     Returns
     -------
     str
         A Python module, not yet complete: see :mod:`railenv.kernels.loader`.
     """
-    graph = trace(equations, states, inputs, parameters)
+    graph = trace(equations, states, inputs, parameters, signals)
     derivative = differentiate(graph)
-    layout = Layout(len(states), len(inputs), len(parameters), len(derivative.entries))
+    layout = Layout(
+        len(states), len(inputs), len(parameters), len(derivative.entries), len(graph.signals)
+    )
     entries = [value for _, _, value in derivative.entries]
     jacobian = needed([*graph.assignments, *derivative.assignments], entries)
     rhs_rows = zip(range(layout.dx, layout.dx + layout.n_states), graph.outputs, strict=True)
     jacobian_rows = zip(range(layout.j, layout.rows), entries, strict=True)
+    signal_rows = zip(range(layout.o, layout.j), graph.signals, strict=True)
     cells = ", ".join(f"({row}, {column})" for row, column, _ in derivative.entries)
     return "\n".join(
         [
@@ -146,10 +152,20 @@ def kernel_source(
             f"STATES = {tuple(states)!r}",
             f"INPUTS = {tuple(inputs)!r}",
             f"PARAMETERS = {tuple(parameters)!r}",
+            f"N_SIGNALS = {len(graph.signals)}",
             f"CELLS = ({cells},)  # (row, column) of each nonzero entry of the Jacobian",
             "",
             _function("rhs", graph, layout, needed(graph.assignments, graph.outputs), rhs_rows),
             _function("jacobian", graph, layout, jacobian, jacobian_rows),
+            *(
+                [
+                    _function(
+                        "signals", graph, layout, needed(graph.assignments, graph.signals), signal_rows
+                    )
+                ]
+                if graph.signals
+                else []
+            ),
         ]
     )
 

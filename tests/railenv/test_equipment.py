@@ -1,0 +1,194 @@
+"""Actuators and sensors as part of the plant's equations."""
+
+import math
+from types import SimpleNamespace
+
+import control
+import numpy as np
+import pytest
+
+import design
+import railenv
+from railenv.errors import ParameterError
+
+COACH = railenv.Bogie(railenv.HIGH_SPEED_COACH)
+DUAL = railenv.DualWheelset(railenv.TABLE_1)
+CASES = [(COACH, "none"), (COACH, "secondary"), (COACH, "primary"), (DUAL, "none"), (DUAL, "primary")]
+equipped = pytest.mark.parametrize(
+    ("plant", "place"), CASES, ids=[f"{plant.name}-{place}" for plant, place in CASES]
+)
+
+
+def random_point(model, seed):
+    rng = np.random.default_rng(seed)
+    x = model.scale * rng.standard_normal(model.n_states)
+    x[[i for i, name in enumerate(model.state_names) if name.startswith("z_")]] -= 1e-3
+    u = np.array([1e3 if n[0] in "Mc" and n[:2] != "cr" else 1e-4 for n in model.input_names])
+    return x, u * rng.standard_normal(model.n_inputs)
+
+
+@equipped
+def test_jacobian_equals_complex_step_of_the_equations(plant, place):
+    model = railenv.Equipped(plant, place, railenv.Actuator.secondary().replace(parallel_damping=1e5))
+    x, u = random_point(model, 1)
+    A, B = model.jacobian(x, u, speed=60.0, curvature=1e-3, cant=0.05)
+    exact = np.hstack([A, B])
+    v = np.concatenate([x, u]).tolist()
+    n = model.n_states
+    for j in range(len(v)):
+        z = [complex(a) for a in v]
+        z[j] += 1e-30j
+        column = np.imag(model.plain_rhs(z[:n], z[n:], 60.0, 1e-3, 0.05)) / 1e-30
+        scale = np.abs(exact).max(axis=1)
+        assert (np.abs(exact[:, j] - column) <= 1e-9 * scale).all(), model.state_names
+
+
+@equipped
+def test_signals_of_the_kernel_are_those_of_the_equations(plant, place):
+    model = railenv.Equipped(plant, place)
+    x, u = random_point(model, 2)
+    kernel = model.signals(x, u, speed=60.0, curvature=1e-3, cant=0.05)
+    plain = model.equipment.signals(
+        x.tolist(), u.tolist(), 60.0, 1e-3, 0.05, SimpleNamespace(**model.parameters)
+    )
+    np.testing.assert_allclose(kernel, plain, rtol=1e-10, atol=1e-6)
+    assert len(model.signal_names) == len(plain)
+
+
+@equipped
+def test_idle_equipment_leaves_the_critical_speed_alone(plant, place):
+    bare = design.critical_speed(plant, speed_range=(3.0, 250.0))
+    carried = design.critical_speed(railenv.Equipped(plant, place), speed_range=(3.0, 250.0))
+    assert carried.loss == bare.loss
+    assert carried.speed == pytest.approx(bare.speed, rel=1e-7)
+
+
+def test_lag_is_a_second_order_system_of_the_given_bandwidth_and_damping():
+    model = railenv.Equipped(COACH, "secondary")
+    linear = design.linearize(model, speed=50.0, outputs=["T_b"])
+    omega = 2 * math.pi * model.actuator.bandwidth
+    lag = control.tf([omega**2], [1, 2 * model.actuator.damping * omega, omega**2])
+    k = model.input_names.index("command_b")
+    for w in (1.0, 30.0, omega, 500.0):
+        assert complex(linear(1j * w)[0, k]) == pytest.approx(complex(lag(1j * w)), rel=1e-9)
+
+
+def step_response(model, command):
+    """Simulate a step of the command from the equilibrium without one."""
+    rest = railenv.find_equilibrium(model, speed=50.0).state
+    return railenv.simulate(
+        model, speed=50.0, duration=0.1, initial_state=rest, inputs={"command_b": command}
+    )
+
+
+def test_applied_moment_stays_within_its_limit_though_the_lag_overshoots():
+    model = railenv.Equipped(COACH, "secondary")
+    response = step_response(model, 1e6)
+    developed = response.outputs[model.state_names.index("T_b")]
+    assert developed.max() > 1.01 * model.actuator.limit  # damping 0.7 overshoots by 4.6 %
+    # the plant feels the limit: the same as a constant moment, once the lag has settled
+    held = model.rhs(response.outputs[:, -1], speed=50.0)
+    x = response.outputs[:, -1].copy()
+    x[model.state_names.index("T_b")] = 5.0 * model.actuator.limit
+    pushed = model.rhs(x, speed=50.0)
+    np.testing.assert_allclose(pushed[:24], held[:24], rtol=1e-6, atol=1e-6)
+
+
+def test_rate_limit_bounds_the_rise_of_the_moment():
+    slow = railenv.Actuator.secondary().replace(rate_limit=1e5)
+    model = railenv.Equipped(COACH, "secondary", slow)
+    response = step_response(model, 26e3)
+    rise = np.diff(response.outputs[model.state_names.index("T_b")]) / np.diff(response.time)
+    assert rise.max() <= 1e5 * (1 + 1e-9)
+    assert rise.max() == pytest.approx(1e5, rel=1e-6)
+
+
+def test_primary_actuators_react_on_the_frame():
+    model = railenv.Equipped(COACH, "primary")
+    x = np.zeros(model.n_states)
+    base = model.rhs(x, speed=50.0)
+    x[model.state_names.index("T_w1")] = 1e3
+    change = model.rhs(x, speed=50.0) - base
+    v = COACH.vehicle
+    i, j = (model.state_names.index(n) for n in ("dpsi_w1", "dpsi_b"))
+    assert change[i] * v.wheelset_yaw_inertia == pytest.approx(1e3)
+    assert change[j] * v.frame_yaw_inertia == pytest.approx(-1e3)
+
+
+def test_parallel_damper_is_linear_for_small_and_flat_for_large_rates():
+    damped = railenv.Actuator.secondary().replace(parallel_damping=2.45e6, parallel_force_limit=9.8e3)
+    model, bare = (railenv.Equipped(COACH, "secondary", a) for a in (damped, None))
+    i = model.state_names.index("dpsi_b")
+
+    def moment(rate):
+        x = np.zeros(model.n_states)
+        x[i] = rate
+        pair = (m.rhs(x, speed=50.0)[i] for m in (model, bare))
+        return -(next(pair) - next(pair)) * COACH.vehicle.frame_yaw_inertia
+
+    assert moment(1e-6) == pytest.approx(2 * 2.45e6 * 1.3**2 * 1e-6, rel=1e-3)
+    assert moment(1.0) == pytest.approx(2 * 9.8e3 * 1.3, rel=1e-3)
+    assert moment(-1.0) == pytest.approx(-moment(1.0))
+
+
+def test_sensors_at_rest_in_a_curve_read_cant_deficiency_and_the_tracks_own_turning():
+    model = railenv.Equipped(COACH, "secondary")
+    speed, radius, cant = 60.0, 2500.0, 0.05
+    found = railenv.find_equilibrium(model, speed=speed, radius=radius, cant=cant)
+    uncompensated = speed**2 / radius - 9.81 * cant
+    assert found["accel_b"] == pytest.approx(9.81 * found["phi_b"] - uncompensated, rel=1e-9)
+    assert found["gyro_b"] == pytest.approx(-speed / radius, rel=1e-9)
+    plant = railenv.find_equilibrium(COACH, speed=speed, radius=radius, cant=cant).state
+    settled = model.steady_state(plant, speed=speed, curvature=1 / radius, cant=cant)
+    np.testing.assert_allclose(settled, found.state, atol=1e-12)
+
+
+def test_guiding_forces_and_loads_balance_the_lateral_force_and_the_weight_on_a_curve():
+    model = railenv.Equipped(COACH, "none")
+    speed, radius, cant = 60.0, 2500.0, 0.05
+    state = railenv.find_equilibrium(model, speed=speed, radius=radius, cant=cant).state
+    signals = model.signals(state, speed=speed, curvature=1 / radius, cant=cant)
+    named = dict(zip(model.signal_names, signals, strict=True))
+    v = COACH.vehicle
+    mass = 2 * v.wheelset_mass + v.frame_mass + v.body_mass / 2
+    guiding = sum(named[f"Y_left_w{i}"] - named[f"Y_right_w{i}"] for i in (1, 2))
+    # what the secondary springs take against a body at rest in the track frame
+    spring = 2 * v.secondary_lateral_stiffness * state[model.state_names.index("y_b")]
+    lateral = mass * (speed**2 / radius - v.gravity * cant)
+    assert guiding + spring == pytest.approx(lateral, rel=1e-9)
+    loads = sum(value for name, value in named.items() if name.startswith("Q"))
+    assert loads == pytest.approx(mass * (v.gravity + speed**2 / radius * cant), rel=1e-9)
+
+
+def test_linear_model_of_the_equipped_vehicle_sees_the_sensors_filters():
+    model = railenv.Equipped(COACH, "secondary", sensors=railenv.Sensors.ideal())
+    system = design.linearize(model, speed=80.0, outputs=["gyro_b"])
+    assert system.output_labels == ["gyro_b"]
+    plant = design.linearize(COACH, speed=80.0, outputs=["dpsi_b"])
+    k, m = model.input_names.index("M_b"), COACH.input_names.index("M_b")
+    w = 20.0
+    slow = 1.0 / (1.0 + 1j * w / (2 * math.pi * 1e3))
+    assert complex(system(1j * w)[0, k]) == pytest.approx(complex(plant(1j * w)[0, m]) * slow, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("build", "message"),
+    [
+        (lambda: railenv.Equipped(DUAL, "secondary"), "'none', 'primary'"),
+        (lambda: railenv.Equipped(COACH, "roof"), "place is 'roof'"),
+        (lambda: railenv.Equipped(railenv.CooperriderBogie()), "must be a Bogie or a DualWheelset"),
+        (lambda: railenv.Equipped(COACH, actuator=5.0), "must be a railenv.Actuator"),
+        (lambda: railenv.Actuator.secondary().replace(delay=-0.01), "delay is -0.01 s"),
+        (lambda: railenv.Actuator.primary().replace(limit=0.0), "limit is 0 N m"),
+        (lambda: railenv.Sensors.standard().replace(gyro_noise=math.nan), "gyro_noise is nan"),
+    ],
+)
+def test_impossible_equipment_is_refused(build, message):
+    with pytest.raises(ParameterError, match=message):
+        build()
+
+
+def test_replace_changes_the_vehicle_and_keeps_the_equipment():
+    model = railenv.Equipped(COACH, "secondary").replace(conicity=0.2)
+    assert model.plant.vehicle.conicity == 0.2
+    assert model.place == "secondary"
