@@ -219,9 +219,14 @@ class Model:
         full = self._evaluator_at(x, u, speed, curvature, cant).jacobian()
         return full[:, self.n_states + self.n_inputs :].copy()
 
-    def kernels(self, lanes: int = loader.SCALAR, dtype: str = "float64") -> ModuleType:
+    def kernels(
+        self,
+        lanes: int = loader.SCALAR,
+        dtype: str = "float64",
+        program: loader.Program = "integrate",
+    ) -> ModuleType:
         """Return the compiled kernels; see :mod:`railenv.kernels.loader`."""
-        module = loader.load(self._source, lanes, dtype)
+        module = loader.load(self._source, lanes, dtype, program)
         if tuple(self.parameters) != module.PARAMETERS:
             raise RuntimeError(
                 f"the kernels of {self.name} were generated for other parameters than the model has; "

@@ -17,13 +17,15 @@ from functools import cache
 from importlib import resources
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, Literal
 
 import platformdirs
 
 _KERNELS_GO_HERE = "# --- kernels go here ---\n"
 _LAYOUT_IMPORT = "from railenv.kernels.layout import Layout\n"
 _FUTURE = "from __future__ import annotations\n"  # allowed in a file's first lines only
+
+Program = Literal["integrate", "environment"]
 
 SCALAR = 1
 LANES = {"float64": 16, "float32": 32}
@@ -70,19 +72,21 @@ def cache_directory() -> Path:
         return fallback
 
 
+@cache
 def shipped_source(name: str) -> str:
     """Text of the checked-in kernels of one of the package's own models."""
     return _text_of(f"{name}.py")
 
 
-def compilable_text(source: str, lanes: int, dtype: str) -> str:
+def compilable_text(source: str, lanes: int, dtype: str, program: Program = "integrate") -> str:
     """Join header, elementary functions, generated kernels and integrators into one text."""
     functions, integrators = _text_of("runtime.py").split(_KERNELS_GO_HERE)
     # in place of the import, so that an edit of the layout is seen too
     layout = _text_of("layout.py").replace(_FUTURE, "")
     integrators = integrators.replace(_LAYOUT_IMPORT, layout)
     header = _HEADER.format(dtype=dtype, rounder=_ROUNDER[dtype], lanes=lanes)
-    return "\n".join([header, functions, source, integrators])
+    further = [_text_of("environment.py")] if program == "environment" else []
+    return "\n".join([header, functions, source, integrators, *further])
 
 
 def _text_of(name: str) -> str:
@@ -90,7 +94,9 @@ def _text_of(name: str) -> str:
 
 
 @cache
-def load(source: str, lanes: int = SCALAR, dtype: str = "float64") -> ModuleType:
+def load(
+    source: str, lanes: int = SCALAR, dtype: str = "float64", program: Program = "integrate"
+) -> ModuleType:
     """Import the kernels of a model, compiling nothing yet.
 
     Parameters
@@ -101,13 +107,15 @@ def load(source: str, lanes: int = SCALAR, dtype: str = "float64") -> ModuleType
         Number of systems that the kernels advance together.
     dtype : {"float64", "float32"}
         Type of the buffer.
+    program : {"integrate", "environment"}
+        "environment" adds the control steps of environments; the source is an equipped model's.
 
     Returns
     -------
     module
         With the functions of the kernels and of ``railenv/kernels/runtime.py``, and ``LAYOUT``.
     """
-    text = compilable_text(source, lanes, dtype)
+    text = compilable_text(source, lanes, dtype, program)
     name = f"railenv_kernel_{hashlib.sha256(text.encode()).hexdigest()[:24]}"
     path = cache_directory() / f"{name}.py"
     if not _holds(path, text):

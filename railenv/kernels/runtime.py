@@ -219,6 +219,104 @@ def dense_jacobian(w, rows, columns, out):
 
 
 @jit
+def _solve(A, b):
+    """Solve A x = b by elimination with row pivoting; A and b are used up. False where singular."""
+    n = A.shape[0]
+    for i in range(n):
+        pivot = i
+        for r in range(i + 1, n):
+            if abs(A[r, i]) > abs(A[pivot, i]):
+                pivot = r
+        if not abs(A[pivot, i]) > 0.0:
+            return False
+        if pivot != i:
+            for c in range(i, n):
+                A[i, c], A[pivot, c] = A[pivot, c], A[i, c]
+            b[i], b[pivot] = b[pivot], b[i]
+        for r in range(i + 1, n):
+            factor = A[r, i] / A[i, i]
+            if factor != 0.0:
+                for c in range(i + 1, n):
+                    A[r, c] -= factor * A[i, c]
+                b[r] -= factor * b[i]
+    for i in range(n - 1, -1, -1):
+        for c in range(i + 1, n):
+            b[i] -= A[i, c] * b[c]
+        b[i] /= A[i, i]
+    return True
+
+
+@jit
+def newton_equilibrium(w, rows, columns, scale, A, b):
+    """Newton's method from the buffer's state to an equilibrium; True where it converges."""
+    for _ in range(12):
+        rhs(w)
+        jacobian(w)
+        A[:] = 0.0
+        for k in range(rows.shape[0]):
+            if columns[k] < NX:
+                A[rows[k], columns[k]] = w[J + k]
+        for i in range(NX):
+            b[i] = w[DX + i]
+        if not _solve(A, b):
+            return False
+        size = 0.0
+        for i in range(NX):
+            w[i] -= b[i]
+            size = max(size, abs(b[i]) / scale[i])
+        if not size < 1e3:
+            return False
+        if size < 1e-8:
+            return True
+    return False
+
+
+@jit
+def follow_curve(w, rows, columns, scale, curvature, cant, out):
+    """Equilibria at equal shares of a curve from none to all of it, rows of out; scalar kernels only.
+
+    The buffer holds the speed and the equilibrium on tangent track. Shares are halved where Newton's
+    method from the extrapolated state does not converge or ends far from it. Returns the number of rows
+    found.
+    """
+    nodes = out.shape[0] - 1
+    A, b = np.empty((NX, NX)), np.empty(NX)
+    here, before, guess = np.empty(NX), np.empty(NX), np.empty(NX)
+    share, back = 0.0, 0.0
+    for i in range(NX):
+        out[0, i] = here[i] = before[i] = w[i]
+    for node in range(1, nodes + 1):
+        target, step = node / nodes, 1.0 / nodes
+        while share < target:
+            ahead = target if step > target - share - 1e-12 else share + step
+            stretch = (ahead - share) / back if back > 0.0 else 0.0
+            for i in range(NX):
+                guess[i] = here[i] + stretch * (here[i] - before[i])
+                w[i] = guess[i]
+            w[U + len(INPUTS) + 1] = ahead * curvature
+            w[U + len(INPUTS) + 2] = ahead * cant
+            good = newton_equilibrium(w, rows, columns, scale, A, b)
+            if good:
+                miss = change = 0.0
+                for i in range(NX):
+                    miss = max(miss, abs(w[i] - guess[i]) / scale[i])
+                    change = max(change, abs(w[i] - here[i]) / scale[i])
+                good = miss < 0.2 or miss < 0.5 * change
+            if not good:
+                step *= 0.5
+                if step < 1e-4:
+                    return node
+                continue
+            for i in range(NX):
+                before[i], here[i] = here[i], w[i]
+            back, share = ahead - share, ahead
+            step = min(2.0 * step, 1.0 / nodes)
+        for i in range(NX):
+            out[node, i] = here[i]
+    return nodes + 1
+
+
+@jit
 def rhs_blocks(blocks):
     """Evaluate the right-hand side of every block of L lanes."""
     for b in range(blocks.shape[0]):

@@ -49,17 +49,24 @@ def simple_model(**parameters):
 
 SIMPLE = simple_model()
 
+
+@pytest.fixture(params=["coach", "cooperrider"])
+def model(request):
+    """A model with every kind of operation, and one with few."""
+    return request.getfixturevalue(request.param)
+
+
 # ------------------------------------------------------------------ the same as one by one
 
 
-def test_lanes_give_the_right_hand_side_of_each_system_to_the_bit(any_model, operations):
-    models, points = fleet(any_model, operations)
-    alone = [m.rhs(o.x, o.u, **o.conditions) for m, o in zip(models, points, strict=True)]
-    assert_array_equal(batch_of(models, points).rhs(), alone)
+def test_lanes_give_the_right_hand_side_of_each_system_to_the_bit(model, operations):
+    models, points = fleet(model, operations)
+    expected = [m.rhs(o.x, o.u, **o.conditions) for m, o in zip(models, points, strict=True)]
+    assert_array_equal(batch_of(models, points).rhs(), expected)
 
 
-def test_lanes_integrate_each_system_as_the_scalar_kernel_does_to_the_bit(any_model, operations):
-    models, points = fleet(any_model, operations)
+def test_lanes_integrate_each_system_as_the_scalar_kernel_does_to_the_bit(model, operations):
+    models, points = fleet(model, operations)
     batch = batch_of(models, points)
     batch.integrate(step=STEP, steps=STEPS)
     expected = np.array([alone(m, o) for m, o in zip(models, points, strict=True)])

@@ -94,11 +94,12 @@ def test_saturation_joins_smoothly_where_sliding_sets_in():
 
 
 def test_saturation_follows_the_cubic_law_and_then_slides():
-    for beta in (0.1, 1.0, 2.5):
-        expected = 1.0 - beta / 3.0 + beta**2 / 27.0
-        assert saturation(*wheels_with(beta), P) == pytest.approx(expected, rel=1e-6)
-    for beta in (3.5, 10.0, 1e4):
-        assert beta * saturation(*wheels_with(beta), P) == pytest.approx(1.0, rel=1e-6)
+    for beta in (0.1, 1.0, 2.5, 2.95, 2.99):
+        # force over adhesion, the law as Vermeulen and Johnson have it
+        transmitted = beta * saturation(*wheels_with(beta), P)
+        assert transmitted == pytest.approx(1.0 - (1.0 - beta / 3.0) ** 3, rel=1e-10)
+    for beta in (3.01, 3.5, 10.0, 1e4):
+        assert beta * saturation(*wheels_with(beta), P) == pytest.approx(1.0, rel=1e-12)
 
 
 def test_saturation_is_monotone_and_its_force_never_falls():
@@ -155,6 +156,67 @@ def test_normal_load_stands_at_right_angles_to_the_contact_plane():
         assert math.hypot(c.normal_y, c.normal_z) == pytest.approx(c.normal, rel=1e-12)
     assert left.normal_y < 0.0 < right.normal_y  # the cones centre the wheelset
     assert left.slope - right.slope == pytest.approx(2.0 * 4e-4)
+
+
+# ------------------------------------------------------------------------- geometry
+
+
+def turned(axis, angle):
+    """Matrix that turns by an angle about x or z."""
+    c, s = math.cos(angle), math.sin(angle)
+    if axis == "x":
+        return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def rail_actions(w, p):
+    """Force and moment of each wheel by finite rotations, of which the equations have small angles.
+
+    A row per wheel: F_y, F_z, M_x, M_z about the wheelset's centre. The linear creep forces lie in
+    the contact planes, which yaw with the wheelset.
+    """
+    rows = []
+    for c in pair(w, p=p):
+        plane = turned("x", c.side * c.slope)
+        creep = turned("z", w.psi) @ plane
+        F = creep @ [c.creep_x, c.creep_y, 0.0] + plane @ [0.0, 0.0, c.normal]
+        arm = turned("z", w.psi) @ turned("x", w.phi) @ [0.0, c.side * p.half_gauge, -c.radius]
+        M = np.cross(arm, F) + creep @ [0.0, 0.0, c.creep_moment]
+        rows.append([F[1], F[2], M[0], M[2]])
+    return np.array(rows)
+
+
+@pytest.mark.parametrize(
+    ("part", "accuracy"),
+    [
+        ("normal load", 1e-4),
+        # the equations take the cosine of the cone's angle for 1
+        ("lateral_creep", 3e-3),
+        ("longitudinal_creep", 3e-3),
+        ("spin_creep", 3e-3),
+    ],
+)
+def test_forces_of_the_rails_add_up_as_their_geometry_says(part, accuracy):
+    # One force law at a time, far from the flange, and so weak that nothing saturates. What the normal
+    # loads alone give is then taken away again.
+    creep = dict.fromkeys(
+        ["lateral_creep", "longitudinal_creep", "spin_creep", "lateral_spin_creep"], 0.0
+    )
+    numbers = {**vars(P), **creep, "flange_clearance": 1e3}
+    loads = SimpleNamespace(**numbers)
+    p = SimpleNamespace(**{**numbers, part: 1e3})
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        y, phi, psi = rng.uniform(-1.0, 1.0, 3) * [5e-3, 5e-4, 1e-2]
+        w = loaded(y=y, phi=phi, psi=psi, dy=0.02, dphi=0.1, dpsi=0.02)
+        found, expected = np.array(contact(w, SMOOTH, TANGENT, loads)), rail_actions(w, loads)
+        if part != "normal load":
+            found = np.array(contact(w, SMOOTH, TANGENT, p)) - found
+            expected = rail_actions(w, p) - expected
+        gross = np.abs(expected).sum(axis=0)  # the two wheels may cancel
+        tolerance = accuracy * gross + 1e-5 * gross.max()
+        rounding = 1e-10 * P.vertical_rail_stiffness * 1e-3
+        assert (np.abs(found - expected.sum(axis=0)) <= tolerance + rounding).all()
 
 
 # ---------------------------------------------------------------------------- flange

@@ -57,17 +57,11 @@ def test_checked_in_kernels_are_what_the_equations_generate(name):
     assert SHIPPED[name].source() == loader.shipped_source(name), "run `make kernels`"
 
 
-@pytest.mark.parametrize("name", SHIPPED)
-def test_kernels_name_their_signals_and_parameters_as_the_models_do(name):
-    models = {
-        "bogie": railenv.Bogie(railenv.TABLE_1),
-        "dual_wheelset": railenv.DualWheelset(railenv.TABLE_1),
-        "cooperrider": railenv.CooperriderBogie(),
-    }
-    model, kernels = models[name], models[name].kernels()
-    assert model.state_names == kernels.STATES
-    assert model.input_names == kernels.INPUTS
-    assert tuple(model.parameters) == kernels.PARAMETERS
+def test_kernels_name_their_signals_and_parameters_as_the_models_do(any_model):
+    kernels = any_model.kernels()
+    assert any_model.state_names == kernels.STATES
+    assert any_model.input_names == kernels.INPUTS
+    assert tuple(any_model.parameters) == kernels.PARAMETERS
     layout = kernels.LAYOUT
     assert layout.p - layout.c == 3
     assert layout.rows == layout.j + len(kernels.CELLS)

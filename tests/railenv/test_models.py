@@ -232,7 +232,7 @@ def test_replace_makes_another_model_and_leaves_the_first_alone(coach):
 def test_replace_with_an_unknown_name_is_refused(any_model):
     with pytest.raises(UnknownNameError, match="'conicty'"):
         any_model.replace(conicty=0.1)
-    with pytest.raises(UnknownNameError, match="unknown parameter: 'length'; allowed are stiffness"):
+    with pytest.raises(UnknownNameError, match=r"unknown parameter: 'length'.*allowed are stiffness"):
         PENDULUM.replace(length=1.0)
 
 

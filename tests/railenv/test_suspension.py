@@ -84,6 +84,19 @@ def test_stiffness_and_damping_matrices_are_symmetric_and_positive_semidefinite(
         assert np.linalg.eigvalsh(matrix).min() > -1e-13 * size
 
 
+def test_suspension_matrices_of_the_cooperrider_bogie_are_symmetric_and_positive_definite():
+    # from the model's own right-hand side, with the wheels' forces next to nothing
+    p = railenv.COOPERRIDER.replace(creep_coefficient=1e-6, flange_stiffness=0.0)
+    A, _ = railenv.CooperriderBogie(p).jacobian(np.zeros(14), speed=50.0)
+    bodies = [p.wheelset_mass, p.wheelset_yaw_inertia] * 2
+    mass = np.array([*bodies, p.frame_mass, p.frame_yaw_inertia, p.frame_roll_inertia])
+    K, C = (-mass[:, None] * A[7:, part] for part in (np.s_[:7], np.s_[7:]))
+    for matrix in (K, C):
+        assert_allclose(matrix, matrix.T, rtol=0, atol=1e-12 * np.abs(matrix).max())
+        assert np.linalg.eigvalsh(matrix).min() > -1e-9 * np.abs(matrix).max()
+    assert np.linalg.eigvalsh(K).min() > 1e3  # the secondary suspension holds it to the body
+
+
 @vehicles
 def test_primary_suspension_resists_exactly_the_motions_that_are_not_rigid(vehicle):
     p = numbers(vehicle)

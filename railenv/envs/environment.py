@@ -1,0 +1,255 @@
+"""One hunting vehicle as a Gymnasium environment."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any, ClassVar, Literal
+
+import gymnasium as gym
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from railenv.envs.fleet import BOUND, REASONS, Fleet, broadcast_options
+from railenv.envs.metrics import episode_metrics
+from railenv.envs.settings import Settings, settings
+from railenv.envs.showing import Recorder
+from railenv.errors import ParameterError
+
+TERM_NAMES = ("hunting", "excursion", "ride", "effort", "derailment")
+"""Terms of the reward in ``info``, each between 0 and 1."""
+
+
+def action_space(fleet: Fleet) -> spaces.Space[Any]:
+    """Return the space of actions of one environment."""
+    if fleet.n_actuators == 0:
+        return spaces.Discrete(1)
+    return spaces.Box(-1.0, 1.0, (fleet.n_actuators,), np.float32)
+
+
+def observation_space(fleet: Fleet) -> spaces.Box:
+    """Return the space of observations of one environment, history included."""
+    n = len(fleet.observation_names) * (fleet.settings.history + 1)
+    return spaces.Box(-BOUND, BOUND, (n,), np.float32)
+
+
+class History:
+    """Observations of some environments with their past ones behind them, newest first."""
+
+    def __init__(self, n: int, width: int, length: int) -> None:
+        self.width = width
+        self.stacked = np.zeros((n, width * (length + 1)), dtype=np.float32)
+
+    def reset(self, rows: Any, observations: NDArray[np.float32]) -> None:
+        """Fill the past of some environments with their first observation."""
+        self.stacked[rows] = np.tile(observations, self.stacked.shape[1] // self.width)
+
+    def push(self, observations: NDArray[np.float32]) -> None:
+        """Move everything one place back and put new observations in front."""
+        if self.stacked.shape[1] > self.width:
+            self.stacked[:, self.width :] = self.stacked[:, : -self.width].copy()
+        self.stacked[:, : self.width] = observations
+
+
+class HuntingEnv(gym.Env[NDArray[np.float32], Any]):
+    """Base of the environments of one vehicle; see :class:`BogieEnv` and :class:`DualWheelsetEnv`."""
+
+    metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": 50}
+    plant: ClassVar[Literal["bogie", "dual_wheelset"]]
+
+    def __init__(self, render_mode: str | None = None, **keywords: Any) -> None:
+        self.settings: Settings = settings(self.plant, keywords)
+        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
+            raise ParameterError(
+                f"render_mode is {render_mode!r}; it must be None, "
+                + " or ".join(map(repr, self.metadata["render_modes"]))
+            )
+        self.render_mode = render_mode
+        self._fleet = Fleet(self.settings, 1, lanes=1)
+        self._history = History(1, len(self._fleet.observation_names), self.settings.history)
+        self.action_space = action_space(self._fleet)
+        self.observation_space: spaces.Box = observation_space(self._fleet)  # type: ignore[assignment]
+        self._recorder = Recorder(self._fleet, render_mode, self.metadata["render_fps"])
+        self._steps = self.settings.steps
+        self._idle = np.zeros((1, 0))
+        self._running = False
+
+    @property
+    def fleet(self) -> Fleet:
+        """State of the vehicle: model, equilibrium, moments (a fleet of one)."""
+        return self._fleet
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Start a new episode; ``options`` pin what would be drawn (see the class)."""
+        super().reset(seed=seed)
+        (pinned,) = broadcast_options(options, 1)
+        self._fleet.reset(0, self.np_random, pinned)
+        self._history.reset(0, self._fleet.observations[0])
+        self._recorder.restart()
+        self._running = True
+        episode = self._fleet.episodes[0]
+        assert episode is not None
+        if self.render_mode == "human":
+            self.render()
+        return self._history.stacked[0].copy(), {"conditions": episode.conditions()}
+
+    def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+        """Advance one control period."""
+        if not self._running:
+            raise gym.error.ResetNeeded("call reset() before step(), and after an episode has ended")
+        fleet = self._fleet
+        commands = self._commands(action)
+        fleet.step(commands)
+        self._history.push(fleet.observations)
+        terms = fleet.terms[0].tolist()
+        terminated = terms[5] > 0.0
+        truncated = bool(fleet.steps[0] >= self._steps)
+        info: dict[str, Any] = dict(zip(TERM_NAMES, terms[1:6], strict=True))
+        if terminated or truncated:
+            self._running = False
+            info["episode_metrics"] = self.episode_metrics()
+            if terminated:
+                info["derailed"] = REASONS[int(terms[6])]
+        self._recorder.record(commands[0])
+        if self.render_mode == "human":
+            self.render()
+        return self._history.stacked[0].copy(), terms[0], terminated, truncated, info
+
+    def _commands(self, action: Any) -> NDArray[np.float64]:
+        n = self._fleet.n_actuators
+        if n == 0:
+            return self._idle
+        commands = np.asarray(action, dtype=float).reshape(1, -1)
+        if commands.shape[1] != n or not np.isfinite(commands).all():
+            raise ParameterError(
+                f"action is {action!r}; it must be {n} finite number{'s' * (n > 1)} in [-1, 1]"
+            )
+        return commands
+
+    def episode_metrics(self) -> dict[str, float]:
+        """Return the metrics of the episode so far (:func:`railenv.envs.metrics.episode_metrics`)."""
+        return episode_metrics(self._fleet, 0)
+
+    def get_state(self) -> dict[str, Any]:
+        """Return everything that changes, for an exact resume with :meth:`set_state`."""
+        return {
+            "fleet": self._fleet.snapshot(),
+            "history": self._history.stacked.copy(),
+            "np_random": copy.deepcopy(self.np_random),
+            "running": self._running,
+        }
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Go back to a state of an environment with the same settings."""
+        self._fleet.restore(state["fleet"])
+        self._history.stacked[:] = state["history"]
+        self._np_random = copy.deepcopy(state["np_random"])
+        self._running = state["running"]
+        self._recorder.restart()
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """Draw the vehicle on its track; needs pygame (extra ``render``)."""
+        if self.render_mode is None:
+            gym.logger.warn(
+                "render() needs a render mode; give render_mode='rgb_array' or 'human' to gym.make"
+            )
+            return None
+        return self._recorder.draw()
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        self._recorder.close()
+
+
+class BogieEnv(HuntingEnv):
+    """A two-axle bogie of a high-speed coach, with actuated yaw dampers against hunting.
+
+    ## Description
+
+    A bogie of 12 degrees of freedom runs at constant speed on tangent or curved track. Above its
+    critical speed (116 m/s on tangent track for the default vehicle, less on curves) it hunts: the
+    wheelsets oscillate from flange to flange. The controller commands the yaw moment between bogie
+    frame and vehicle body, through a transport delay and the lag of real actuators.
+
+    x points forward, y to the left, z up; phi is roll, psi is yaw. A positive curvature is the curve
+    whose outer rail is the left one. SI units throughout.
+
+    ## Action Space
+
+    ``Box(-1, 1, (n,), float32)``: commanded moment of each actuator as a share of its limit. One for
+    ``actuator="secondary"`` (26 kN m), two for ``"primary"`` (5 kN m at each wheelset). ``Discrete(1)``
+    for ``"none"``.
+
+    ## Observation Space
+
+    ``Box(-10, 10, (m,), float32)``; each entry is divided by its scale and clipped. With
+    ``observation="state"``: all states of vehicle, actuators and sensors, the commands still on their
+    way, speed, cant deficiency and cant. With ``"sensors"``: accelerometer and gyro of the frame, with
+    noise, bias and bandwidth, then speed and cant deficiency. ``history=k`` appends the k observations
+    before. ``env.unwrapped.fleet.observation_table`` lists name, unit and scale of every entry.
+
+    ## Reward
+
+    Each step ``-(w_h h + w_e e + w_r r + w_u u)``, and ``-w_d`` on derailment, with
+
+    - hunting ``h = s(H)``, H the mean over wheelsets of ``((dy / (V k delta))^2 + ((psi - psi_0) /
+      (k delta))^2) / 2``;
+    - excursion ``e = s(E)``, E the mean over wheelsets of ``((y - y_t - y_0) / delta)^2``;
+    - ride ``r = s((a / 0.3 g)^2)``, a the specific force on the frame about its steady value;
+    - effort ``u``, the mean squared moment as a share of the limit;
+
+    where ``s(x) = x / (1 + x)``, k is the wavenumber of Klingel's kinematic hunting, delta the flange
+    clearance, y_t the rails' displacement, and 0 marks the running equilibrium of the track under the
+    vehicle: the steady offset in a curve costs nothing. With the default weights (0.4, 0.3, 0.2, 0.1;
+    derailment 100) a step's reward lies in (-1, 0], and -100 is added on derailment. Every term, before
+    its weight, is in ``info``.
+
+    ## Starting State
+
+    The running equilibrium, all bodies moved sideways by up to ``initial_offset``. Speed and cant are
+    drawn from their ranges, then the curvature such that cant deficiency stays within
+    ``max_cant_deficiency``; a quarter of the episodes are on tangent track. ``reset(options=...)`` pins
+    ``speed``, ``radius``, ``cant``, ``offset``, ``irregularity_factor``, ``conicity``, ``friction``,
+    ``creep_factor`` or ``body_mass``; what cannot be raises.
+
+    ## Episode End
+
+    Terminated on derailment only, with the reason in ``info["derailed"]``: Nadal's ratio Y/Q above 0.8
+    in the mean over 2 m, a wheel without load for 2 m, or a wheelset more than 30 mm off the track's
+    centre. Truncated after ``duration``. The last ``info`` carries ``episode_metrics``.
+
+    ## Arguments
+
+    All fields of :class:`railenv.envs.settings.Settings`, for instance:
+
+    >>> import gymnasium, railenv
+    >>> env = gymnasium.make("railenv/Bogie-v0", observation="sensors", speed_range=(100, 140))
+    >>> observation, info = env.reset(seed=1, options={"radius": float("inf")})
+    >>> observation.shape
+    (4,)
+
+    ## Version History
+
+    - v0: first version.
+    """
+
+    plant = "bogie"
+
+
+class DualWheelsetEnv(HuntingEnv):
+    """Two wheelsets on a frame at rest, with a yaw actuator at each; Table 1 of the paper.
+
+    Everything is as in :class:`BogieEnv`, with these differences: the vehicle has 8 degrees of freedom
+    and hunts from 35 m/s on tangent track; actuators are ``"primary"`` (two, 5 kN m each) or
+    ``"none"``; the sensors are an accelerometer and a gyro on each axle; the ride term takes the larger
+    of both axles' accelerations; the default speeds are 20 to 60 m/s.
+
+    >>> import gymnasium, railenv
+    >>> env = gymnasium.make("railenv/DualWheelset-v0", actuator="none")
+    >>> env.action_space
+    Discrete(1)
+    """
+
+    plant = "dual_wheelset"

@@ -1,0 +1,453 @@
+"""Environments side by side: their states, resets and control steps, behind both environment classes.
+
+One environment is a fleet of one in the scalar kernel, a vector environment one in the lane kernel;
+both kernels are the same text, so that the same seed gives the same numbers.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from railenv import irregularity
+from railenv.envs.episodes import Episode, draw
+from railenv.envs.settings import CANT_BASE, Settings
+from railenv.equilibrium import find_equilibrium
+from railenv.errors import EquilibriumError, ParameterError
+from railenv.models import Bogie, DualWheelset
+
+Array = NDArray[np.float64]
+
+BOUND = 10.0
+"""Largest magnitude of an observation, in units of its scale."""
+
+REASONS = (
+    "",
+    "Nadal: Y/Q above 0.8 over 2 m",
+    "wheel lift over 2 m",
+    "lateral displacement above 30 mm",
+)
+"""Why an episode ended in a derailment, by the kernel's number."""
+
+RIDE_SCALE = 0.3 * 9.81
+"""m/s^2, the acceleration at which the ride term is 1/2: the limit of 49 CFR 213.333."""
+
+PARALLEL_FROM = 64
+"""Number of environments from which several threads pay."""
+
+_RING_SECONDS, _RING_METRES = 2.0, 100.0
+_REDRAWS = 20
+
+
+class Fleet:
+    """Some environments with the same settings.
+
+    Parameters
+    ----------
+    settings : Settings
+    n : int
+        Number of environments.
+    lanes : int
+        1 for the scalar kernel, 16 for the lane kernel.
+    """
+
+    def __init__(self, settings: Settings, n: int, lanes: int) -> None:
+        self.settings = settings
+        self.n = n
+        self.model = settings.model()
+        self._lanes = lanes
+        self._kernels = self.model.kernels(lanes, program="environment")
+        self._delay = _delay(settings, self.model.actuator.delay)
+        before, after, slots = self._delay
+        T = settings.control_period
+        layout = self._kernels.LAYOUT
+        self._layout = layout
+        n_blocks = -(-n // lanes)
+        rows = self._kernels.E_FREE + 4 * self._kernels.WINDOW + slots * max(1, self.n_actuators)
+        self._blocks = np.zeros((n_blocks, layout.j * lanes))
+        self._extras = np.zeros((n_blocks, rows * lanes))
+        self._plan = (before, after, slots, self.settings.observation == "state")
+        fraction = math.fmod(self.model.actuator.delay, T) if before else 0.0
+        self._real_plan = (
+            fraction / before if before else 0.0,
+            (T - fraction) / after,
+            irregularity.SPACING,
+            BOUND,
+        )
+        level = settings.irregularity
+        line = irregularity.line(level) if level else None
+        self._lines = (
+            np.zeros((3, 2)) if line is None else np.array([line.align, line.vert, line.cross])
+        )
+        self.episodes: list[Episode | None] = [None] * n
+        self.steps = np.zeros(n, dtype=np.int64)  # since the reset
+        self.observations = np.zeros((n, len(self.observation_names)), dtype=np.float32)
+        self.terms = np.zeros((n, self._kernels.TERMS))
+        # what the instability readings look at: 2 s, and 100 m of track
+        ring = math.ceil(max(_RING_SECONDS, _RING_METRES / settings.speed_range[0]) / T)
+        self._ring = np.zeros((n, max(ring, 1), self._kernels.RING_SIGNALS))
+        self._nodes = np.zeros((n, self._kernels.NODES, self.model.plant.n_states))
+        self._window = np.ones(n)
+        self._seeds = np.zeros(n, dtype=np.uint64)
+        sensors, weights = self.model.sensors, settings.weights
+        shares = (weights.hunting, weights.excursion, weights.ride, weights.effort, weights.derailment)
+        self._weights = np.array([*shares, T, RIDE_SCALE])
+        self._noise = np.array([sensors.accelerometer_noise, sensors.gyro_noise])
+        self._tangent_states: dict[Any, Array] = {}
+        self._join()
+
+    # ------------------------------------------------------------------ what there is
+
+    @property
+    def n_actuators(self) -> int:
+        """Number of actuators of one vehicle."""
+        return len(self.model.equipment.actuated)
+
+    @cached_property
+    def observation_table(self) -> list[tuple[str, str, float]]:
+        """Name, unit and scale of every entry of an observation (without history)."""
+        model = self.model
+        if self.settings.observation == "state":
+            rows = [
+                (name, _unit(name), _scale(name, model.actuator.limit)) for name in model.state_names
+            ]
+            slots = self._delay[2]
+            for body in model.equipment.actuated:
+                rows += [
+                    (f"command_{body}[-{age}]", "N m", model.actuator.limit) for age in range(1, slots)
+                ]
+        else:
+            rows = []
+            for body in model.equipment.sensed:
+                rows += [
+                    (f"accelerometer_{body}", "m/s^2", _scale("accel", 1.0)),
+                    (f"gyro_{body}", "rad/s", _scale("gyro", 1.0)),
+                ]
+        rows += [("speed", "m/s", 100.0), ("cant_deficiency", "rad", 0.150 / CANT_BASE)]
+        if self.settings.observation == "state":
+            rows.append(("cant", "rad", 0.1))
+        return rows
+
+    @cached_property
+    def observation_names(self) -> tuple[str, ...]:
+        """Names of the entries of an observation (without history)."""
+        return tuple(name for name, _, _ in self.observation_table)
+
+    @cached_property
+    def _scales(self) -> Array:
+        return np.array([scale for _, _, scale in self.observation_table])
+
+    def _join(self) -> None:
+        """Gather what the kernel reads and writes beside its buffers."""
+        self._arrays = (
+            self._lines,
+            self._window,
+            self._weights,
+            self._noise,
+            self._scales,
+            self._seeds,
+            self.observations,
+            self.terms,
+            self._ring,
+        )
+
+    def _view(self, buffer: Array, i: int) -> Array:
+        """Rows of one environment in a buffer of blocks."""
+        block, lane = divmod(i, self._lanes)
+        return buffer[block].reshape(-1, self._lanes)[:, lane]
+
+    def state(self, i: int) -> Array:
+        """State of one environment's model."""
+        return self._view(self._blocks, i)[: self.model.n_states].copy()
+
+    def set_state(self, i: int, state: Array) -> None:
+        """Set the state of one environment's model."""
+        self._view(self._blocks, i)[: self.model.n_states] = state
+
+    def moments(self, i: int) -> Array:
+        """Return applied moments of one environment's actuators, as shares of the limit."""
+        n = self.model.plant.n_states
+        moments = self._view(self._blocks, i)[n : n + 2 * self.n_actuators : 2]
+        return np.clip(moments / self.model.actuator.limit, -1.0, 1.0)
+
+    def conditions(self, i: int) -> tuple[float, float, float]:
+        """Speed, curvature and cant where one environment is now."""
+        speed, curvature, cant = self._view(self._blocks, i)[self._layout.c : self._layout.p]
+        return float(speed), float(curvature), float(cant)
+
+    def rails(self, i: int) -> Array:
+        """Lateral displacement of the rails under both wheelsets, m."""
+        return self._view(self._blocks, i)[self._layout.c - 6 : self._layout.c - 4].copy()
+
+    def equilibrium(self, i: int) -> Array:
+        """Return the plant's running equilibrium where one environment is, shape (n_states,)."""
+        episode = self.episodes[i]
+        assert episode is not None
+        _, curvature, cant = self.conditions(i)
+        share = curvature / episode.curvature if episode.curvature else cant / (episode.cant or 1.0)
+        nodes = self._nodes[i]
+        position = min(max(share, 0.0), 1.0) * (len(nodes) - 1)
+        low = min(int(position), len(nodes) - 2)
+        return nodes[low] + (position - low) * (nodes[low + 1] - nodes[low])
+
+    # ------------------------------------------------------------------ resets and steps
+
+    def reset(self, i: int, rng: np.random.Generator, pinned: Mapping[str, Any]) -> None:
+        """Start a new episode in one environment and write its observation.
+
+        Raises
+        ------
+        ParameterError
+            If pinned quantities are impossible.
+        EquilibriumError
+            If the running equilibrium that they ask for does not exist.
+        """
+        for _ in range(_REDRAWS):
+            episode = draw(self.settings, rng, pinned)
+            try:
+                nodes = self._equilibria(episode)
+                break
+            except EquilibriumError:
+                if {"speed", "radius"} <= set(pinned):
+                    raise
+        else:
+            raise EquilibriumError(
+                f"none of {_REDRAWS} conditions drawn has a running equilibrium; narrow the ranges",
+                math.inf,
+            )
+        self._place(i, episode, nodes)
+
+    def _equilibria(self, episode: Episode) -> Array:
+        """Equilibria of the plant at equal shares of the episode's curve, shape (NODES, n)."""
+        plant = self._plant_of(episode)
+        kernels = plant.kernels()
+        layout = kernels.LAYOUT
+        if episode.vehicle not in self._tangent_states:
+            if episode.vehicle is not self.settings.vehicle:
+                self._tangent_states.clear()  # of other random vehicles
+            found = find_equilibrium(plant, speed=episode.speed).state
+            self._tangent_states[episode.vehicle] = found
+        w = np.zeros(layout.rows)
+        w[layout.p : layout.dx] = list(plant.parameters.values())
+        w[: layout.u] = self._tangent_states[episode.vehicle]
+        w[layout.c] = episode.speed
+        out = np.empty((self._kernels.NODES, plant.n_states))
+        found = kernels.follow_curve(w, *self._cells, plant.scale, episode.curvature, episode.cant, out)
+        if found < len(out):
+            raise EquilibriumError(
+                f"{plant.name} has no running equilibrium at {episode.speed:g} m/s on a curve of "
+                f"{episode.radius:g} m with cant {episode.cant:g} rad that can be followed from "
+                "tangent track",
+                math.inf,
+                episode.speed,
+            )
+        return out
+
+    def _plant_of(self, episode: Episode) -> Bogie | DualWheelset:
+        if episode.vehicle is self.settings.vehicle:
+            return self.model.plant
+        return type(self.model.plant)(episode.vehicle)
+
+    @cached_property
+    def _cells(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Rows and columns of the nonzero entries of the plant's Jacobian."""
+        rows, columns = np.array(self.model.plant.kernels().CELLS).T
+        return np.ascontiguousarray(rows), np.ascontiguousarray(columns)
+
+    def _place(self, i: int, episode: Episode, nodes: Array) -> None:
+        model, k, layout = self.model, self._kernels, self._layout
+        w, e = self._view(self._blocks, i), self._view(self._extras, i)
+        plant = self._plant_of(episode)
+        parameters = {**plant.parameters, **model.actuator.parameters(), **model.sensors.parameters()}
+        w[:] = 0.0
+        w[layout.p : layout.dx] = list(parameters.values())
+        w[layout.c] = episode.speed
+        e[:] = 0.0
+        e[k.E_CURVATURE], e[k.E_CANT] = episode.curvature, episode.cant
+        e[k.E_PLAN : k.E_PLAN + 4] = episode.plan
+        e[k.E_OFFSET], e[k.E_LEVEL] = episode.line_offset, episode.irregularity_factor
+        e[k.E_WAVENUMBER] = 2.0 * math.pi / episode.vehicle.klingel_wavelength
+        spread = (model.sensors.accelerometer_bias, model.sensors.gyro_bias)
+        e[k.E_BIAS : k.E_BIAS + 4] = episode.biases * np.tile(spread, 2)
+        e[k.E_REFERENCE : k.E_RATIO_SUM] = self._references(episode, nodes).ravel()
+        at_start = 1.0 if episode.plan[0] < 0.0 else 0.0
+        state = model.steady_state(
+            nodes[-1] if at_start else nodes[0],
+            speed=episode.speed,
+            curvature=at_start * episode.curvature,
+            cant=at_start * episode.cant,
+        )
+        for name in model.plant.state_names:
+            if name.startswith("y_"):
+                state[model.state_names.index(name)] += episode.offset
+        w[: layout.u] = state
+        self._window[i] = math.ceil(2.0 / (episode.speed * self.settings.control_period))
+        self._seeds[i] = episode.noise_seed
+        self._ring[i] = 0.0
+        self.terms[i] = 0.0
+        self.steps[i] = 0
+        self._nodes[i] = nodes
+        self.episodes[i] = episode
+        block, lane = divmod(i, self._lanes)
+        k.observe_one(
+            self._blocks[block],
+            self._extras[block],
+            lane,
+            i,
+            self._plan,
+            self._real_plan,
+            self._arrays,
+        )
+
+    def _references(self, episode: Episode, nodes: Array) -> Array:
+        """Table of what rewards are measured from, shape (NODES, REFERENCES)."""
+        names = self.model.plant.state_names
+        columns = [nodes[:, names.index(n)] for n in ("y_w1", "y_w2", "psi_w1", "psi_w2")]
+        share = np.linspace(0.0, 1.0, len(nodes))
+        gravity = episode.vehicle.gravity
+        uncompensated = share * (episode.speed**2 * episode.curvature - gravity * episode.cant)
+        for body in self.model.equipment.sensed:
+            columns.append(gravity * nodes[:, names.index(f"phi_{body}")] - uncompensated)
+        columns += [np.zeros(len(nodes))] * (self._kernels.REFERENCES - len(columns))
+        return np.stack(columns, axis=1)
+
+    def step(self, actions: NDArray[np.floating]) -> None:
+        """Advance all environments by one control period.
+
+        Parameters
+        ----------
+        actions : ndarray, shape (n, n_actuators)
+            Commands as shares of the limit, clipped to [-1, 1].
+        """
+        kernel = self._kernels.control_steps
+        if self._lanes > 1 and self.n >= PARALLEL_FROM:
+            kernel = self._kernels.control_steps_parallel
+        commands = np.asarray(actions, dtype=float)
+        kernel(self._blocks, self._extras, commands, self._plan, self._real_plan, self._arrays)
+        self.steps += 1
+
+    def totals(self, i: int) -> dict[str, float]:
+        """Return running totals of one environment's episode."""
+        k, e = self._kernels, self._view(self._extras, i)
+        steps = max(1, int(self.steps[i]))
+        return {
+            "acceleration_rms": math.sqrt(e[k.E_FORCE2] / steps),
+            "acceleration_peak": float(e[k.E_PEAK]),
+            "effort_rms": math.sqrt(e[k.E_EFFORT2] / steps),
+            "distance": float(e[k.E_DISTANCE]),
+        }
+
+    def recent(self, i: int) -> Array:
+        """Signals of one environment's last seconds, oldest first, shape (samples, 5).
+
+        Lateral displacements of both wheelsets from the equilibrium (m), sums of guiding forces of both
+        axles (N), specific force of the first sensed body from the steady one (m/s^2).
+        """
+        steps, ring = int(self.steps[i]), self._ring[i]
+        if steps < len(ring):
+            return ring[:steps].copy()
+        return np.roll(ring, -(steps % len(ring)), axis=0)
+
+    # ------------------------------------------------------------------ exact resume
+
+    _KEPT = (
+        "_blocks",
+        "_extras",
+        "episodes",
+        "observations",
+        "terms",
+        "steps",
+        "_ring",
+        "_window",
+        "_seeds",
+        "_nodes",
+    )
+
+    def snapshot(self) -> dict[str, Any]:
+        """Return a copy of everything that changes."""
+        return {name: copy.deepcopy(getattr(self, name)) for name in self._KEPT}
+
+    def restore(self, kept: Mapping[str, Any]) -> None:
+        """Go back to a snapshot of a fleet with the same settings."""
+        for name in self._KEPT:
+            there, given = getattr(self, name), kept[name]
+            if len(given) != len(there) or getattr(given, "shape", 0) != getattr(there, "shape", 0):
+                raise ParameterError(
+                    f"the state given has another {name} than this environment; it must come from one "
+                    "with the same settings and number of environments"
+                )
+            setattr(self, name, copy.deepcopy(given))
+        self._join()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave compiled kernels out; they are found again on disk."""
+        return {key: value for key, value in self.__dict__.items() if key != "_kernels"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._kernels = self.model.kernels(self._lanes, program="environment")
+        self._join()
+
+
+def _delay(settings: Settings, delay: float) -> tuple[int, int, int]:
+    """Return integration steps before and after the command changes, and slots of the delay line."""
+    T = settings.control_period
+    whole = math.floor(delay / T + 1e-9)
+    rest = delay - whole * T
+    if rest < 1e-9 * T:
+        return 0, max(1, math.ceil(T / settings.time_step - 1e-9)), whole + 2
+    before = max(1, math.ceil(rest / settings.time_step - 1e-9))
+    return before, max(1, math.ceil((T - rest) / settings.time_step - 1e-9)), whole + 2
+
+
+def _unit(name: str) -> str:
+    kinds = {
+        "y": "m",
+        "z": "m",
+        "phi": "rad",
+        "psi": "rad",
+        "T": "N m",
+        "accel": "m/s^2",
+        "gyro": "rad/s",
+    }
+    kind = name.split("_", maxsplit=1)[0]
+    if kind.startswith("d"):
+        return f"{kinds[kind[1:]]}/s"
+    return kinds[kind]
+
+
+def _scale(name: str, limit: float) -> float:
+    """Return what an observed quantity is divided by: its size in strong hunting."""
+    kind = name.split("_", maxsplit=1)[0]
+    sizes = {
+        "y": 0.01, "z": 0.05, "phi": 0.01, "psi": 0.01,
+        "dy": 0.2, "dz": 0.1, "dphi": 0.2, "dpsi": 0.2,
+        "T": limit, "dT": 100.0 * limit, "accel": 5.0, "gyro": 0.2,
+    }  # fmt: skip
+    return sizes[kind]
+
+
+def broadcast_options(options: Mapping[str, Any] | None, n: int) -> Sequence[dict[str, Any]]:
+    """Split options whose values may be arrays of n into one mapping per environment.
+
+    Raises
+    ------
+    ParameterError
+        If an array has another length.
+    """
+    split: list[dict[str, Any]] = [{} for _ in range(n)]
+    for name, value in (options or {}).items():
+        values = np.asarray(value, dtype=float)
+        if values.ndim and values.shape != (n,):
+            raise ParameterError(
+                f"option {name} has shape {values.shape}; it must be one number or ({n},)"
+            )
+        for i, pinned in enumerate(split):
+            pinned[name] = float(values if values.ndim == 0 else values[i])
+    return split

@@ -1,0 +1,220 @@
+"""Everything that an environment can be told, in one record."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+from railenv import checks
+from railenv.equipment import PLACES, Actuator, Equipped, Place, Sensors
+from railenv.errors import ParameterError
+from railenv.irregularity import Level
+from railenv.models import Bogie, DualWheelset
+from railenv.vehicles import HIGH_SPEED_COACH, TABLE_1, Vehicle
+
+Observation = Literal["state", "sensors"]
+TrackPlan = Literal["constant", "curve"]
+
+CANT_BASE = 1.5
+"""m, the base over which cant is measured in millimetres."""
+
+LOWEST_SPEED = 5.0
+"""m/s, below which no episode runs: the window of Nadal's criterion could not hold 2 m of track."""
+
+RANDOMIZABLE = ("conicity", "friction", "creep_factor", "body_mass")
+"""What ``randomize`` may vary; ``creep_factor`` multiplies all four creep coefficients."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RewardWeights:
+    """Weights of the reward's terms; each term lies between 0 and 1.
+
+    Attributes
+    ----------
+    hunting : float
+        Kinematic energy of hunting about the running equilibrium.
+    excursion : float
+        Lateral excursion of the wheelsets from it.
+    ride : float
+        Lateral acceleration of the sensed body.
+    effort : float
+        Mean squared moment, as a share of the limit.
+    derailment : float
+        Taken off once, at a derailment.
+    """
+
+    hunting: float = 0.4
+    excursion: float = 0.3
+    ride: float = 0.2
+    effort: float = 0.1
+    derailment: float = 100.0
+
+    def __post_init__(self) -> None:
+        for f in dataclasses.fields(self):
+            checks.number(f"reward weight {f.name}", getattr(self, f.name), low=0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """Keywords of the environments, checked.
+
+    Attributes
+    ----------
+    plant : {"bogie", "dual_wheelset"}
+        Set by the environment's id.
+    vehicle : Vehicle
+    actuator : {"secondary", "primary", "none"}
+        Where the yaw actuators are.
+    actuator_model : Actuator, optional
+        Their limits and lag; realistic ones for their place when left out.
+    sensors : Sensors, optional
+        Bandwidth, noise and bias; ``Sensors.standard()`` when left out.
+    observation : {"state", "sensors"}
+    history : int
+        Number of past observations stacked below the present one, oldest last.
+    speed_range, cant_range : (float, float)
+        m/s and rad, from which an episode's speed and cant are drawn.
+    max_cant_deficiency : float
+        m over a base of 1.5 m; bounds the curvature that goes with speed and cant, both ways.
+    min_radius : float
+        m; no tighter curve is drawn.
+    tangent_share : float
+        Share of the episodes on tangent track.
+    track : {"constant", "curve"}
+        The same curve for the whole episode, or tangent, clothoid, curve, clothoid, tangent.
+    irregularity : {"low", "high"}, optional
+        Level of ERRI B176; none when left out.
+    irregularity_factor : (float, float)
+        Range of the factor on it.
+    randomize : mapping of str to (float, float)
+        Ranges from which ``conicity``, ``friction``, ``creep_factor`` and ``body_mass`` are drawn.
+    initial_offset : float
+        m; an episode starts with all bodies moved sideways by up to this, either way.
+    duration : float
+        s, after which the episode is truncated.
+    control_period, time_step : float
+        s between actions, and of the integration.
+    weights : RewardWeights
+    critical_speed : float, optional
+        m/s, shown by the renderer.
+    """
+
+    plant: Literal["bogie", "dual_wheelset"]
+    vehicle: Vehicle
+    actuator: Place
+    actuator_model: Actuator | None = None
+    sensors: Sensors | None = None
+    observation: Observation = "state"
+    history: int = 0
+    speed_range: tuple[float, float]
+    cant_range: tuple[float, float] = (0.0, 0.0873)
+    max_cant_deficiency: float = 0.150
+    min_radius: float = 250.0
+    tangent_share: float = 0.25
+    track: TrackPlan = "constant"
+    irregularity: Level | None = None
+    irregularity_factor: tuple[float, float] = (1.0, 1.0)
+    randomize: Mapping[str, tuple[float, float]] = dataclasses.field(default_factory=dict)
+    initial_offset: float = 0.003
+    duration: float = 10.0
+    control_period: float = 0.005
+    time_step: float = 0.001
+    weights: RewardWeights = RewardWeights()
+    critical_speed: float | None = None
+
+    def __post_init__(self) -> None:
+        for name, choices in (
+            ("actuator", PLACES),
+            ("observation", get_args(Observation)),
+            ("track", get_args(TrackPlan)),
+        ):
+            checks.known(name, [getattr(self, name)], choices)
+        if self.irregularity is not None:
+            checks.known("irregularity", [self.irregularity], get_args(Level))
+        self._range("speed_range", low=LOWEST_SPEED, unit="m/s")
+        self._range("cant_range", low=0.0, high=checks.CANT_LIMIT, unit="rad")
+        self._range("irregularity_factor", low=0.0)
+        checks.known("name in randomize", self.randomize, RANDOMIZABLE)
+        for name in self.randomize:
+            _checked_range(f"randomize[{name!r}]", self.randomize[name], low=0.0)
+        for name, unit in (
+            ("max_cant_deficiency", "m"),
+            ("min_radius", "m"),
+            ("duration", "s"),
+            ("control_period", "s"),
+            ("time_step", "s"),
+        ):
+            checks.number(name, getattr(self, name), low=0.0, open_low=True, unit=unit)
+        checks.number("tangent_share", self.tangent_share, low=0.0, high=1.0)
+        checks.number("initial_offset", self.initial_offset, low=0.0, high=0.02, unit="m")
+        if not hasattr(self.history, "__index__") or self.history < 0:
+            raise ParameterError(f"history is {self.history!r}; it must be a whole number from 0")
+        if self.steps < 1:
+            raise ParameterError(
+                f"duration is {self.duration:g} s; it must be at least one control period "
+                f"({self.control_period:g} s)"
+            )
+        if not isinstance(self.weights, RewardWeights):
+            raise ParameterError(f"weights is {self.weights!r}; it must be RewardWeights")
+        self.model()  # raises where vehicle, actuator and sensors do not go together
+
+    def _range(self, name: str, low: float, high: float = math.inf, unit: str = "") -> None:
+        object.__setattr__(
+            self, name, _checked_range(name, getattr(self, name), low=low, high=high, unit=unit)
+        )
+
+    @property
+    def steps(self) -> int:
+        """Control steps of an episode."""
+        return round(self.duration / self.control_period)
+
+    def model(self) -> Equipped:
+        """Return the vehicle with its equipment."""
+        kind = Bogie if self.plant == "bogie" else DualWheelset
+        return Equipped(kind(self.vehicle), self.actuator, self.actuator_model, self.sensors)
+
+
+def _checked_range(
+    name: str, value: Any, *, low: float, high: float = math.inf, unit: str = ""
+) -> tuple[float, float]:
+    try:
+        first, last = value
+    except (TypeError, ValueError):
+        raise ParameterError(f"{name} is {value!r}; it must be a pair (lowest, highest)") from None
+    first = checks.number(f"lowest of {name}", first, low=low, high=high, unit=unit)
+    last = checks.number(f"highest of {name}", last, low=low, high=high, unit=unit)
+    if first > last:
+        raise ParameterError(f"{name} is ({first:g}, {last:g}); the lowest must not exceed the highest")
+    return first, last
+
+
+_DEFAULTS: Mapping[str, Mapping[str, Any]] = {
+    "bogie": {
+        "vehicle": HIGH_SPEED_COACH,
+        "actuator": "secondary",
+        "speed_range": (60.0, 160.0),
+    },
+    "dual_wheelset": {
+        "vehicle": TABLE_1,
+        "actuator": "primary",
+        "speed_range": (20.0, 60.0),
+    },
+}
+
+
+def settings(plant: Literal["bogie", "dual_wheelset"], keywords: Mapping[str, Any]) -> Settings:
+    """Return the settings of an environment, its id's defaults changed by some keywords.
+
+    Raises
+    ------
+    UnknownNameError
+        If a keyword is not a setting.
+    ParameterError
+        If a value is not allowed.
+    """
+    names = [f.name for f in dataclasses.fields(Settings) if f.name != "plant"]
+    checks.known("keyword of the environment", keywords, names)
+    return Settings(plant=plant, **{**_DEFAULTS[plant], **keywords})

@@ -1,0 +1,461 @@
+"""Rendering: what a frame shows, without a display."""
+
+import copy
+import dataclasses
+import pickle
+import sys
+from importlib.util import find_spec
+
+import gymnasium
+import numpy as np
+import pytest
+
+from railenv.envs import rendering
+from railenv.envs.rendering import History, Renderer, Scene
+from railenv.errors import ParameterError
+
+needs_pygame = pytest.mark.skipif(find_spec("pygame") is None, reason="the extra `render` is absent")
+
+DELTA = 0.00923
+PLAN = (slice(90, 340), slice(20, 610))
+"""Rows and columns of the plan view, inside its frame."""
+
+
+def make_history(seconds=2.0, actuators=1, amplitude=4e-3, dt=0.005):
+    time = dt * np.arange(round(seconds / dt) + 1)
+    phase = 2.0 * np.pi * 3.0 * time
+    y = amplitude * np.column_stack([np.sin(phase), np.sin(phase - 1.0)])
+    action = np.column_stack(
+        [np.sin(phase + k) for k in range(actuators)] or [np.zeros((len(time), 0))]
+    )
+    return History(time, y, action)
+
+
+def make_bodies(y=(0.0, 0.0), yaw=(0.0, 0.0), frame=True):
+    bodies = np.zeros((3 if frame else 2, 4))
+    bodies[:2, 0], bodies[:2, 3] = y, yaw
+    if frame:
+        bodies[2, 0] = np.mean(y)
+    return bodies
+
+
+def make_scene(**changes):
+    values = {
+        "time": 12.0,
+        "speed": 85.0,
+        "curvature": 0.0,
+        "cant": 0.0,
+        "critical_speed": None,
+        "bodies": make_bodies(),
+        "rail": np.zeros(2),
+        "half_gauge": 0.7176,
+        "half_wheelbase": 1.2,
+        "wheel_radius": 0.4575,
+        "flange_clearance": DELTA,
+        "history": make_history(),
+        "derailed": None,
+    }
+    values.update(changes)
+    values.setdefault("equilibrium", np.zeros(np.shape(values["bodies"])))
+    return Scene(**values)
+
+
+@pytest.fixture
+def renderer():
+    pytest.importorskip("pygame")
+    made = Renderer("rgb_array", fps=50)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def dummy_display(monkeypatch):
+    pygame = pytest.importorskip("pygame")
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    pygame.display.quit()
+    yield pygame.display
+    pygame.display.quit()
+
+
+def where(frame, colour, area=(slice(None), slice(None))):
+    """Return mean row and mean column of the pixels of a colour, and how many there are."""
+    rows, columns = np.nonzero((frame[area] == colour).all(axis=-1))
+    return rows.mean() if len(rows) else np.nan, columns.mean() if len(rows) else np.nan, len(rows)
+
+
+def track_row(frame, column):
+    """Return the row half-way between the rails in a column of the plan view."""
+    rows = np.flatnonzero((frame[PLAN[0], column] == rendering._RAIL).all(axis=-1))
+    return (rows.min() + rows.max()) / 2.0
+
+
+# ---------------------------------------------------------------------------- frames
+
+
+def test_frame_is_an_array_of_the_size_asked_for(renderer):
+    frame = renderer.draw(make_scene())
+    assert frame.shape == (600, 960, 3)
+    assert frame.dtype == np.uint8
+    assert frame.flags.c_contiguous
+    assert frame.flags.writeable
+
+
+@needs_pygame
+@pytest.mark.parametrize("size", [(640, 400), (1280, 720), (901, 777)])
+def test_any_size_shows_the_whole_page(size):
+    renderer = Renderer("rgb_array", fps=50, size=size)
+    frame = renderer.draw(make_scene())
+    assert frame.shape == (size[1], size[0], 3)
+    assert where(frame, rendering.LEADING)[2] > 100
+    # nothing reaches the picture's border
+    for edge in (frame[0], frame[-1], frame[:, 0], frame[:, -1]):
+        assert (edge == 255).all()
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"bodies": make_bodies(frame=False)},
+        {"curvature": 1.0 / 6250.0, "cant": 0.0873, "critical_speed": 120.0},
+        {"curvature": -1.0 / 500.0, "cant": -0.1, "critical_speed": 60.0},
+        {"curvature": 1e-9, "critical_speed": 1e6},
+        {"bodies": make_bodies((31e-3, -31e-3), (0.3, -0.3)), "derailed": "a long reason, " * 20},
+        {"bodies": make_bodies((1e9, -1e9), (1e9, -1e9)), "derailed": ""},
+        {"history": History.empty()},
+        {"history": History.empty(2)},
+        {"history": make_history(0.0)},
+        {"history": make_history(60.0, actuators=2)},
+        {"history": make_history(2000.0, actuators=0, dt=0.5)},
+        {"history": make_history(amplitude=10.0)},
+        {"rail": np.array([5e-3, -5e-3])},
+        {"flange_clearance": 0.4},
+        {"half_wheelbase": 9.0},
+    ],
+)
+def test_unusual_scenes_are_drawn(renderer, changes):
+    frame = renderer.draw(make_scene(**changes))
+    assert len(np.unique(frame.astype(int) @ [1, 256, 65536])) > 20
+
+
+def test_same_scene_gives_the_same_pixels(renderer):
+    scene = make_scene(curvature=1 / 6250.0, critical_speed=120.0, bodies=make_bodies((2e-3, 1e-3)))
+    first = renderer.draw(scene)
+    renderer.draw(make_scene(bodies=make_bodies((-9e-3, 0.0)), derailed="wheel lift"))
+    np.testing.assert_array_equal(renderer.draw(scene), first)
+    np.testing.assert_array_equal(Renderer("rgb_array", fps=50).draw(scene), first)
+
+
+def test_a_frame_is_not_changed_by_the_next_one(renderer):
+    first = renderer.draw(make_scene())
+    kept = first.copy()
+    renderer.draw(make_scene(derailed="wheel lift"))
+    np.testing.assert_array_equal(first, kept)
+
+
+# -------------------------------------------------------------------- what they show
+
+
+def test_displacement_to_the_left_moves_the_wheelset_up_in_the_plan(renderer):
+    rows = []
+    for y in (-6e-3, -3e-3, 0.0, 3e-3, 6e-3):
+        frame = renderer.draw(make_scene(bodies=make_bodies((y, 0.0), frame=False)))
+        rows.append(where(frame, rendering.LEADING, PLAN)[0])
+    assert (np.diff(rows) < 0.0).all()
+    # drawn 25 times larger, with the half gauge as 58 pixels
+    assert rows[0] - rows[-1] == pytest.approx(12e-3 * 25 * 58 / 0.7176, abs=1.5)
+
+
+def test_trailing_wheelset_is_behind_the_leading_one(renderer):
+    frame = renderer.draw(make_scene())
+    behind, ahead = (where(frame, c, PLAN)[1] for c in (rendering.TRAILING, rendering.LEADING))
+    assert behind < 295 < ahead
+
+
+def test_yaw_to_the_left_turns_the_left_wheel_back(renderer):
+    frame = renderer.draw(make_scene(bodies=make_bodies(yaw=(4e-3, 0.0), frame=False)))
+    left = where(frame, rendering.LEADING, (slice(90, 216), PLAN[1]))[1]
+    right = where(frame, rendering.LEADING, (slice(216, 340), PLAN[1]))[1]
+    assert left < right - 5.0
+
+
+@pytest.mark.parametrize(("side", "upper"), [(1.0, True), (-1.0, False)])
+def test_wheel_turns_red_at_flange_contact(renderer, side, upper):
+    free = renderer.draw(make_scene(bodies=make_bodies((side * (DELTA - 1e-5), 0.0))))
+    touching = renderer.draw(make_scene(bodies=make_bodies((side * (DELTA + 1e-5), 0.0))))
+    assert where(free, rendering.ALARM, PLAN)[2] == 0
+    row, _, n = where(touching, rendering.ALARM, PLAN)
+    assert n > 100
+    assert (row < 126) == upper
+
+
+def test_flange_contact_is_against_the_displaced_rail(renderer):
+    scene = make_scene(bodies=make_bodies((DELTA + 1e-3, 0.0)), rail=np.array([2e-3, 0.0]))
+    assert where(renderer.draw(scene), rendering.ALARM, PLAN)[2] == 0
+
+
+def test_rails_bend_with_curvature(renderer):
+    """A positive curvature has its outer rail on the left, so the track bends down, to the right."""
+    drops = []
+    for curvature in (-1 / 500, -1 / 6250, 0.0, 1 / 6250, 1 / 500, 1 / 250):
+        frame = renderer.draw(make_scene(curvature=curvature, bodies=make_bodies(frame=False)))
+        drops.append(track_row(frame, 600) - track_row(frame, 310))
+    assert (np.diff(drops) > 4.0).all()
+    assert drops[2] == 0.0
+    assert drops[3] > 8.0
+    np.testing.assert_allclose(drops[:2], [-drops[4], -drops[3]], atol=1.5)
+
+
+def test_sleepers_pass_to_the_left(renderer):
+    row = 76 + 280 // 2 + 90
+    later = rendering.GROUND_SLOWDOWN * 0.05 / 85.0
+    strips = [
+        (renderer.draw(make_scene(time=t))[row, 470:600] == rendering._SLEEPER).all(axis=-1)
+        for t in (0.0, later)
+    ]
+    shift = round(0.05 * 58 / 0.7176)
+    same = np.mean(strips[0][shift:] == strips[1][:-shift])
+    assert same > 0.95 > np.mean(strips[0][:-shift] == strips[1][shift:])
+
+
+def test_equilibrium_is_drawn_but_moves_no_wheel(renderer):
+    bodies = make_bodies((2e-3, 2e-3))
+    at_rest = renderer.draw(make_scene(bodies=bodies, equilibrium=bodies))
+    moving = renderer.draw(make_scene(bodies=bodies, equilibrium=make_bodies((-5e-3, -5e-3))))
+    assert (at_rest != moving).any()
+    assert where(at_rest, rendering.LEADING, PLAN)[0] == pytest.approx(
+        where(moving, rendering.LEADING, PLAN)[0], abs=1.0
+    )
+
+
+def test_critical_speed_is_green_below_and_red_above(renderer):
+    header = (slice(0, 54), slice(None))
+    scene = make_scene(critical_speed=100.0)
+    below = renderer.draw(scene)
+    above = renderer.draw(dataclasses.replace(scene, speed=110.0))
+    without = renderer.draw(make_scene())
+    found = [
+        [where(frame, colour, header)[2] > 0 for colour in (rendering.SAFE, rendering.ALARM)]
+        for frame in (below, above, without)
+    ]
+    assert found == [[True, False], [False, True], [False, False]]
+
+
+def test_derailment_shows_a_banner_with_its_reason(renderer):
+    area = (slice(56, 84), slice(10, 620))
+    frames = [renderer.draw(make_scene(derailed=d)) for d in (None, "wheel lift", "Nadal")]
+    red = [where(frame, rendering.ALARM, area)[2] for frame in frames]
+    assert red[0] == 0
+    assert min(red[1:]) > 5000
+    assert red[1] != red[2]
+
+
+def test_action_is_drawn_only_when_there_is_one(renderer):
+    below = (slice(500, 600), slice(None))
+    counts = [
+        where(renderer.draw(make_scene(history=make_history(actuators=n))), rendering.SAFE, below)[2]
+        for n in (0, 1)
+    ]
+    assert counts[0] == 0 < counts[1]
+
+
+def test_long_history_keeps_its_extremes():
+    time = 0.001 * np.arange(60_001)
+    value = np.zeros(len(time))
+    value[31_234] = 7.0
+    value[41_234] = -6.0
+    axes = rendering._Axes(rendering._Box(0, 0, 800, 100), 10.0, 60.0, 60.0, 10.0)
+    x, y = rendering._trace(axes, time, value)
+    assert len(x) == len(y) < 1000
+    assert y.min() == pytest.approx(50.0 - 35.0)
+    assert y.max() == pytest.approx(50.0 + 30.0)
+    assert (np.diff(x) >= 0.0).all()
+    assert x[y.argmin()] == pytest.approx(31.234 / 60.0 * 800.0, abs=2.0)
+
+
+# ----------------------------------------------------------------- life of a renderer
+
+
+@needs_pygame
+def test_arrays_need_no_display(monkeypatch):
+    import pygame
+
+    pygame.display.quit()
+    monkeypatch.setenv("SDL_VIDEODRIVER", "there is none")
+    Renderer("rgb_array", fps=50).draw(make_scene())
+    assert not pygame.display.get_init()
+    assert pygame.mixer is None or not pygame.mixer.get_init()
+
+
+def test_close_twice_and_draw_again(renderer):
+    first = renderer.draw(make_scene())
+    renderer.close()
+    renderer.close()
+    np.testing.assert_array_equal(renderer.draw(make_scene()), first)
+
+
+def test_closing_one_renderer_leaves_another(renderer):
+    other = Renderer("rgb_array", fps=50)
+    first = renderer.draw(make_scene())
+    other.draw(make_scene())
+    other.close()
+    np.testing.assert_array_equal(renderer.draw(make_scene()), first)
+    renderer.draw(make_scene(speed=12.3, time=4.56))
+
+
+def test_survives_pygame_quit_elsewhere(renderer):
+    """Other environments end pygame as a whole when they close."""
+    import pygame
+
+    renderer.draw(make_scene())
+    pygame.quit()
+    renderer.draw(make_scene(speed=77.7, time=1.11))
+    pygame.quit()
+    pygame.font.init()
+    renderer.draw(make_scene(speed=66.6, time=2.22))
+
+
+def test_copies_and_pickles(renderer):
+    expected = renderer.draw(make_scene())
+    for twin in (copy.deepcopy(renderer), pickle.loads(pickle.dumps(renderer))):
+        assert (twin.mode, twin.fps, twin.size) == ("rgb_array", 50, (960, 600))
+        np.testing.assert_array_equal(twin.draw(make_scene()), expected)
+
+
+def test_human_mode_shows_frames_in_a_window(dummy_display):
+    renderer = Renderer("human", fps=1000, size=(640, 400))
+    assert renderer.draw(make_scene()) is None
+    assert dummy_display.get_surface().get_size() == (640, 400)
+    assert dummy_display.get_caption()[0] == "railenv"
+    import pygame
+
+    shown = pygame.surfarray.array3d(dummy_display.get_surface()).transpose(1, 0, 2)
+    wanted = Renderer("rgb_array", fps=50, size=(640, 400)).draw(make_scene())
+    np.testing.assert_array_equal(shown, wanted)
+    renderer.close()
+    renderer.close()
+    assert not dummy_display.get_init()
+
+
+def test_window_keeps_to_the_frame_rate(dummy_display):
+    import time
+
+    renderer = Renderer("human", fps=20, size=(640, 400))
+    renderer.draw(make_scene())
+    start = time.perf_counter()
+    for _ in range(4):
+        renderer.draw(make_scene())
+    assert time.perf_counter() - start >= 0.18
+    renderer.close()
+
+
+def test_window_stays_until_the_last_renderer_closes(dummy_display):
+    one, two = (Renderer("human", fps=1000, size=(640, 400)) for _ in range(2))
+    arrays = Renderer("rgb_array", fps=50)
+    for each in (one, two, arrays):
+        each.draw(make_scene())
+    arrays.close()
+    one.close()
+    assert dummy_display.get_surface() is not None
+    two.draw(make_scene())
+    two.close()
+    assert not dummy_display.get_init()
+
+
+def test_window_reopens_after_pygame_quit_elsewhere(dummy_display):
+    import pygame
+
+    renderer = Renderer("human", fps=1000, size=(640, 400))
+    renderer.draw(make_scene())
+    pygame.quit()
+    renderer.draw(make_scene(speed=55.5))
+    assert dummy_display.get_surface() is not None
+    renderer.close()
+
+
+# ----------------------------------------------------------------------------- errors
+
+
+def test_missing_pygame_says_how_to_install_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pygame", None)
+    with pytest.raises(gymnasium.error.DependencyNotInstalled, match=r"pip install railenv\[render\]"):
+        Renderer("rgb_array", fps=50)
+
+
+def test_importing_the_module_does_not_import_pygame():
+    import subprocess
+
+    code = "import sys, railenv.envs.rendering; sys.exit('pygame' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@needs_pygame
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"mode": "ansi"}, "mode is 'ansi'"),
+        ({"fps": 0}, "fps is 0"),
+        ({"fps": "fast"}, "fps is 'fast'"),
+        ({"size": (100, 100)}, "size is 100 x 100"),
+        ({"size": 960}, "size is 960"),
+        ({"size": (960, 600, 3)}, "size is"),
+    ],
+)
+def test_impossible_settings_are_refused(arguments, message):
+    with pytest.raises(ParameterError, match=message):
+        Renderer(**{"mode": "rgb_array", "fps": 50, **arguments})
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"bodies": np.zeros((3, 5))}, r"bodies has shape \(3, 5\); it must be \(n, 4\)"),
+        ({"bodies": np.zeros((4, 4))}, r"bodies has shape \(4, 4\); it must be \(2, 4\) or \(3, 4\)"),
+        ({"bodies": np.full((3, 4), np.nan)}, "bodies has entries that are not finite"),
+        ({"bodies": "none"}, "bodies is 'none'"),
+        ({"equilibrium": np.zeros((2, 4))}, r"equilibrium has shape \(2, 4\); it must be \(3, 4\)"),
+        ({"rail": np.zeros(3)}, r"rail has shape \(3,\); it must be \(2,\)"),
+        ({"half_gauge": 0.0}, "half_gauge is 0 m"),
+        ({"half_wheelbase": -1.0}, "half_wheelbase is -1 m"),
+        ({"wheel_radius": np.inf}, "wheel_radius is inf"),
+        ({"flange_clearance": None}, "flange_clearance is None"),
+        ({"speed": 0.0}, "speed is 0 m/s"),
+        ({"critical_speed": -1.0}, "critical_speed is -1 m/s"),
+        ({"curvature": 2.0}, "curvature is 2 1/m"),
+        ({"cant": 1.0}, "cant is 1 rad"),
+        ({"time": np.nan}, "time is nan"),
+        ({"history": None}, "history is None"),
+        ({"derailed": True}, "derailed is True"),
+    ],
+)
+def test_impossible_scene_is_refused(changes, message):
+    with pytest.raises(ParameterError, match=message):
+        make_scene(**changes)
+
+
+@pytest.mark.parametrize(
+    ("arrays", "message"),
+    [
+        ((np.zeros((3, 1)), np.zeros((3, 2)), np.zeros((3, 1))), r"history.time has shape \(3, 1\)"),
+        ((np.arange(3), np.zeros((3, 3)), np.zeros((3, 1))), r"history.y has shape \(3, 3\)"),
+        ((np.arange(3), np.zeros((3, 2)), np.zeros(3)), r"history.action has shape \(3,\)"),
+        ((np.arange(3), np.zeros((3, 2)), np.zeros((2, 1))), r"must be \(3, n\)"),
+        ((np.zeros(3), np.zeros((3, 2)), np.zeros((3, 1))), "must increase"),
+    ],
+)
+def test_impossible_history_is_refused(arrays, message):
+    with pytest.raises(ParameterError, match=message):
+        History(*arrays)
+
+
+def test_scene_keeps_its_own_copy():
+    bodies = make_bodies()
+    scene = make_scene(bodies=bodies)
+    bodies[0, 0] = 1.0
+    assert scene.bodies[0, 0] == 0.0
+
+
+def test_exaggeration_keeps_the_clearance_visible():
+    assert make_scene().exaggeration == 25.0
+    assert make_scene(flange_clearance=0.005).exaggeration == 50.0
+    assert make_scene(flange_clearance=10.0).exaggeration == 1.0

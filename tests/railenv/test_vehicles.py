@@ -1,0 +1,299 @@
+"""Vehicle records: checks of every field, files, and the numbers that are shipped."""
+
+import dataclasses
+import math
+import tomllib
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import railenv
+from railenv.errors import ParameterError, UnknownNameError
+from railenv.vehicles import QUANTITIES, CooperriderParameters, Vehicle, describe, preset
+
+FIELDS = {f.name: f for f in dataclasses.fields(Vehicle)}
+RECORDS = {Vehicle: railenv.TABLE_1, CooperriderParameters: railenv.COOPERRIDER}
+QUANTITY_FIELDS = [
+    pytest.param(record, f, id=f"{kind.__name__}.{f.name}")
+    for kind, record in RECORDS.items()
+    for f in dataclasses.fields(kind)
+    if "bounds" in f.metadata
+]
+
+
+def allowed(f):
+    """Return any float that the field allows, to the ends of its range."""
+    bounds = f.metadata["bounds"]
+    return st.floats(
+        bounds.get("low"),
+        bounds.get("high"),
+        exclude_min=bounds.get("open_low", False),
+        allow_nan=False,
+        allow_infinity=False,
+    )
+
+
+vehicles = st.builds(
+    Vehicle,
+    name=st.text(),
+    provenance=st.text(),
+    wheelbase_curving=st.booleans(),
+    load_bookkeeping=st.sampled_from(["once", "printed"]),
+    **{name: allowed(FIELDS[name]) for name in QUANTITIES},
+)
+
+
+# ---------------------------------------------------------------------------- metadata
+
+
+@pytest.mark.parametrize(("record", "f"), QUANTITY_FIELDS)
+def test_every_quantity_says_its_symbol_unit_meaning_and_source(record, f):
+    for key in ("symbol", "unit", "meaning", "source"):
+        assert isinstance(f.metadata[key], str)
+        assert f.metadata[key].strip(), f"{f.name} lacks its {key}"
+    assert set(f.metadata["bounds"]) <= {"low", "high", "open_low"}
+
+
+def test_every_field_is_described_in_order():
+    for kind in RECORDS:
+        rows = describe(kind)
+        assert [row.name for row in rows] == [f.name for f in dataclasses.fields(kind)]
+        assert all(row.meaning for row in rows)
+
+
+def test_every_field_is_a_quantity_a_label_or_a_switch():
+    others = {"name", "provenance", "wheelbase_curving", "load_bookkeeping"}
+    assert set(FIELDS) == set(QUANTITIES) | others
+    assert not set(QUANTITIES) & others
+
+
+def test_symbols_are_unique():
+    symbols = [row.symbol for row in describe(Vehicle) if row.symbol]
+    assert len(symbols) == len(set(symbols)) == len(QUANTITIES)
+
+
+def test_parameters_are_the_quantities_and_the_switches_as_numbers():
+    vehicle = railenv.TABLE_1.replace(wheelbase_curving=True, load_bookkeeping="printed")
+    parameters = vehicle.parameters()
+    assert list(parameters) == [*QUANTITIES, "wheelbase_curving", "printed_loads"]
+    assert all(type(value) is float for value in parameters.values())
+    assert (parameters["wheelbase_curving"], parameters["printed_loads"]) == (1.0, 1.0)
+    assert parameters["conicity"] == vehicle.conicity
+    plain = railenv.TABLE_1.parameters()
+    assert (plain["wheelbase_curving"], plain["printed_loads"]) == (0.0, 0.0)
+
+
+# ----------------------------------------------------------------------------- refusals
+
+
+def out_of_range(f):
+    """Return values just beyond the field's range and far beyond it."""
+    bounds = f.metadata["bounds"]
+    values = [math.nan, math.inf, -math.inf]
+    if "low" in bounds:
+        low = bounds["low"]
+        values += [low if bounds.get("open_low") else math.nextafter(low, -math.inf), low - 3.0]
+    if "high" in bounds:
+        values += [math.nextafter(bounds["high"], math.inf), bounds["high"] + 2.0]
+    return values
+
+
+@pytest.mark.parametrize(("record", "f"), QUANTITY_FIELDS)
+def test_value_out_of_range_is_refused_with_field_value_and_range(record, f):
+    for value in out_of_range(f):
+        with pytest.raises(ParameterError) as refusal:
+            record.replace(**{f.name: value})
+        message = str(refusal.value)
+        assert message.startswith(f"{f.name} is {value:g}")
+        assert "it must be finite" in message
+        if "low" in f.metadata["bounds"]:
+            words = "greater than" if f.metadata["bounds"].get("open_low") else "at least"
+            assert f"{words} {f.metadata['bounds']['low']:g}" in message
+        if "high" in f.metadata["bounds"]:
+            assert f"at most {f.metadata['bounds']['high']:g}" in message
+
+
+@pytest.mark.parametrize(("record", "f"), QUANTITY_FIELDS)
+def test_value_that_is_no_number_is_refused_with_field_and_value(record, f):
+    for value in ("0.1", "", True, False, None, [0.1], 0.1j, {"value": 0.1}):
+        with pytest.raises(ParameterError) as refusal:
+            record.replace(**{f.name: value})
+        assert f"{f.name} is {value!r}, which is not a number" in str(refusal.value)
+
+
+@pytest.mark.parametrize(("record", "f"), QUANTITY_FIELDS)
+def test_ends_of_the_range_are_allowed(record, f):
+    bounds = f.metadata["bounds"]
+    ends = [bounds["high"]] if "high" in bounds else [1e300]
+    if "low" in bounds:
+        low = bounds["low"]
+        ends.append(math.nextafter(low, math.inf) if bounds.get("open_low") else low)
+    for value in ends:
+        assert getattr(record.replace(**{f.name: value}), f.name) == value
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"conicity": 2}, "conicity is 2"),
+        ({"conicity": 0}, "conicity is 0"),
+        (
+            {"wheelset_mass": -1800.0},
+            "wheelset_mass is -1800 kg; it must be finite and greater than 0 kg",
+        ),
+        ({"wheel_radius": 0.0}, "wheel_radius is 0 m"),
+        ({"name": 7}, "name is 7; it must be a string"),
+        ({"provenance": None}, "provenance is None; it must be a string"),
+        ({"wheelbase_curving": 1}, "wheelbase_curving is 1; it must be true or false"),
+        ({"wheelbase_curving": "false"}, "wheelbase_curving is 'false'"),
+        ({"load_bookkeeping": "twice"}, "load_bookkeeping is 'twice'; it must be 'once' or 'printed'"),
+        ({"load_bookkeeping": None}, "load_bookkeeping is None"),
+    ],
+)
+def test_impossible_vehicles_are_refused(change, message):
+    with pytest.raises(ParameterError, match=message):
+        railenv.TABLE_1.replace(**change)
+    # on creation as well, not by `replace` alone
+    with pytest.raises(ParameterError, match=message):
+        Vehicle(**{**dataclasses.asdict(railenv.TABLE_1), **change})
+
+
+@pytest.mark.parametrize("record", RECORDS.values(), ids=lambda r: type(r).__name__)
+def test_replace_with_an_unknown_name_is_refused(record):
+    with pytest.raises(UnknownNameError, match=r"unknown field: 'conicty'.*allowed are .*conicity"):
+        record.replace(conicty=0.1)
+
+
+@pytest.mark.parametrize("record", RECORDS.values(), ids=lambda r: type(r).__name__)
+def test_records_are_frozen(record):
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        record.conicity = 0.1
+    changed = record.replace(conicity=0.1)
+    assert changed.conicity == 0.1
+    assert record.conicity == 0.05
+    assert hash(changed) != hash(record)
+
+
+def test_whole_numbers_become_floats():
+    mass = railenv.TABLE_1.replace(wheelset_mass=1500).wheelset_mass
+    assert type(mass) is float
+    assert mass == 1500.0
+
+
+# --------------------------------------------------------------------------------- files
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(vehicle=vehicles)
+def test_a_vehicle_in_a_file_is_the_vehicle_to_the_last_bit(vehicle, tmp_path_factory):
+    path = tmp_path_factory.mktemp("vehicle") / "vehicle.toml"
+    text = vehicle.to_toml(path)
+    again = Vehicle.from_toml(path)
+    assert again == vehicle
+    assert again.to_toml() == text  # so that the sign of a zero counts too
+
+
+@pytest.mark.parametrize("vehicle", railenv.PRESETS, ids=lambda v: v.name)
+def test_file_of_a_shipped_vehicle_is_plain_toml_with_units(vehicle, tmp_path):
+    text = vehicle.to_toml(tmp_path / "v.toml")
+    assert (tmp_path / "v.toml").read_text(encoding="utf-8") == text
+    assert tomllib.loads(text) == dataclasses.asdict(vehicle)
+    for line in text.splitlines():
+        name = line.split(" = ")[0]
+        assert FIELDS[name].metadata["meaning"] in line
+        if name in QUANTITIES:
+            assert line.endswith(f"[{FIELDS[name].metadata['unit']}]")
+
+
+def read(tmp_path, content):
+    path = tmp_path / "vehicle.toml"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return Vehicle.from_toml(path)
+
+
+def test_base_supplies_what_the_file_leaves_out(tmp_path):
+    vehicle = read(
+        tmp_path, 'base = "HIGH_SPEED_COACH"\nname = "worn"\nconicity = 0.3\nbody_mass = 40000'
+    )
+    assert vehicle == railenv.HIGH_SPEED_COACH.replace(name="worn", conicity=0.3, body_mass=40000.0)
+
+
+@pytest.mark.parametrize("name", [v.name for v in railenv.PRESETS])
+def test_every_shipped_vehicle_can_be_a_base(tmp_path, name):
+    assert read(tmp_path, f'base = "{name}"') == preset(name)
+
+
+@pytest.mark.parametrize(
+    ("content", "kind", "message"),
+    [
+        ("", ParameterError, r"lacks name, provenance, wheelset_mass.*a `base` vehicle"),
+        ('base = "TABLE_9"', UnknownNameError, "unknown vehicle: 'TABLE_9'.*allowed are TABLE_1"),
+        ("base = 1", ParameterError, "base in .* is 1; it must be a vehicle's name"),
+        ('base = "TABLE_1"\nconicty = 0.1', UnknownNameError, r"unknown field in .*: 'conicty'"),
+        ('base = "TABLE_1"\nprinted_loads = 1', UnknownNameError, "'printed_loads'"),
+        (
+            'base = "TABLE_1"\nconicity = "0.1"',
+            ParameterError,
+            "conicity is '0.1', which is not a number",
+        ),
+        ('base = "TABLE_1"\nconicity = true', ParameterError, "conicity is True"),
+        ('base = "TABLE_1"\nconicity = 2020-01-01', ParameterError, "conicity is .*not a number"),
+        ('base = "TABLE_1"\n[conicity]\nvalue = 0.1', ParameterError, "conicity is .*not a number"),
+        ('base = "TABLE_1"\nconicity = nan', ParameterError, "conicity is nan"),
+        ('base = "TABLE_1"\nwheelset_mass = -1', ParameterError, "wheelset_mass is -1 kg"),
+        ('base = "TABLE_1"\nwheelbase_curving = 0', ParameterError, "wheelbase_curving is 0"),
+        ("base =", ParameterError, "is not a TOML file"),
+        ('name = "x"\nname = "y"', ParameterError, "is not a TOML file"),
+        (b"\xff\xfe\x00", ParameterError, "is not a TOML file"),
+    ],
+)
+def test_files_that_are_no_vehicle_are_refused(tmp_path, content, kind, message):
+    with pytest.raises(kind, match=message):
+        read(tmp_path, content)
+
+
+def test_missing_field_is_named(tmp_path):
+    text = railenv.TABLE_1.to_toml()
+    without = "\n".join(line for line in text.splitlines() if not line.startswith("conicity"))
+    with pytest.raises(ParameterError, match=r"lacks conicity; give them"):
+        read(tmp_path, without)
+
+
+def test_a_file_that_does_not_exist_is_the_usual_error(tmp_path):
+    with pytest.raises(FileNotFoundError):
+        Vehicle.from_toml(tmp_path / "nowhere.toml")
+
+
+# ------------------------------------------------------------------------ shipped numbers
+
+
+def test_presets_are_found_by_their_names():
+    assert [preset(v.name) for v in railenv.PRESETS] == list(railenv.PRESETS)
+    with pytest.raises(UnknownNameError, match="unknown vehicle: 'table_1'"):
+        preset("table_1")
+
+
+def test_coach_shares_contact_and_geometry_with_table_1():
+    for name in QUANTITIES:
+        of_the_coach = (
+            name.startswith(("primary_", "secondary_", "yaw_damper_")) or name == "wheelset_mass"
+        )
+        if not of_the_coach:
+            assert getattr(railenv.HIGH_SPEED_COACH, name) == getattr(railenv.TABLE_1, name), name
+
+
+def test_printed_loads_differ_from_table_1_in_the_bookkeeping_alone():
+    changed = dataclasses.asdict(railenv.TABLE_1_PRINTED_LOADS)
+    differing = {k for k, v in dataclasses.asdict(railenv.TABLE_1).items() if changed[k] != v}
+    assert differing == {"name", "provenance", "load_bookkeeping"}
+
+
+def test_external_load_is_that_of_one_bogie():
+    vehicle = railenv.TABLE_1.replace(body_mass=20000.0, frame_mass=2000.0, gravity=10.0)
+    assert vehicle.external_load == pytest.approx(120e3)
+
+
+def test_klingel_wavelength_follows_its_formula():
+    vehicle = railenv.TABLE_1.replace(half_gauge=0.75, wheel_radius=0.48, conicity=0.1)
+    assert vehicle.klingel_wavelength == pytest.approx(2.0 * math.pi * math.sqrt(3.6))
