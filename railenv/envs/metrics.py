@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -39,13 +40,20 @@ def amplitude_and_frequency(displacement: Array, period: float) -> tuple[float, 
     return amplitude, float((len(k) - 1) / ((crossings[-1] - crossings[0]) * period))
 
 
+@cache
+def _sections(low: float, high: float, period: float) -> Array:
+    """Return a Butterworth band-pass of second order."""
+    from scipy import signal as processing
+
+    top = min(high, 0.99 * 0.5 / period)
+    return np.asarray(processing.butter(2, (low, top), "bandpass", fs=1.0 / period, output="sos"))
+
+
 def band_passed(signal: Array, band: tuple[float, float], period: float) -> Array:
     """Return a signal through a Butterworth band-pass of second order, forwards and backwards."""
     from scipy import signal as processing
 
-    nyquist = 0.5 / period
-    low, high = max(band[0], 1e-3), min(band[1], 0.99 * nyquist)
-    sections = processing.butter(2, (low, high), "bandpass", fs=1.0 / period, output="sos")
+    sections = _sections(*band, period)
     return np.asarray(processing.sosfiltfilt(sections, signal - signal.mean(), axis=0))
 
 
@@ -95,7 +103,8 @@ def _en(fleet: Fleet, i: int, guiding: Array, frequency: float, period: float) -
     if len(guiding) < _FEWEST or frequency <= 0.0:
         return 0.0
     speed = fleet.conditions(i)[0]
-    band = (max(frequency - EN_HALF_BAND, 0.3), frequency + EN_HALF_BAND)
+    centre = round(frequency, 1)  # few different filters
+    band = (max(centre - EN_HALF_BAND, 0.3), centre + EN_HALF_BAND)
     filtered = band_passed(guiding, band, period)
     window = max(1, round(EN_DISTANCE / speed / period))
     return max(largest_sliding_rms(axle, window) for axle in filtered.T) / en_limit(fleet, i)
