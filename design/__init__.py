@@ -17,6 +17,7 @@ from design.locus import SpeedLocus, speed_locus
 from design.polach import DisturbanceTest, SpeedRamp, disturbance_test, speed_ramp
 from design.simulated_cycle import simulated_cycle
 from design.spectrum import Spectrum, spectrum
+from design.stability_map import StabilityMap, stability_map
 from design.sweep import CurveSweep, curve_sweep
 
 __all__ = [
@@ -32,6 +33,7 @@ __all__ = [
     "Spectrum",
     "SpeedLocus",
     "SpeedRamp",
+    "StabilityMap",
     "critical_speed",
     "curve_sweep",
     "cycle_branch",
@@ -43,6 +45,7 @@ __all__ = [
     "simulated_cycle",
     "simulated_diagram",
     "spectrum",
+    "stability_map",
     "speed_locus",
     "speed_ramp",
 ]

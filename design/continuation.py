@@ -31,7 +31,10 @@ _FIRST_STEP = 0.05
 _SMALLEST_STEP = 1e-5
 _LARGEST_MISS = 0.3  # of the step, between the prediction along the tangent and the branch
 _GROWTH, _FEW_STEPS = 1.5, 4  # of the step, after a corrector of so few Newton steps
-_RUN_AWAY = 10.0  # times the first period
+_STANDING, _LOOKED_BACK = 2e-3, 12  # change of the parameter (units) over so many points ...
+_RUN_AWAY = 0.05  # ... while the period grows by this fraction
+_INACCURATE = 0.5  # error of the trivial multiplier
+_COARSE = 1.25  # times the first step in time, above which a period gets more steps
 _GONE = 0.3  # of the first amplitude
 _LOCATED = 1e-5  # of the step in which a special point lies
 _ON_CIRCLE = 1e-2  # a located multiplier's distance from the unit circle; a collision is farther
@@ -154,6 +157,10 @@ class CycleContinuation:
         """Add the next point; return why the branch ends there and whether it was meant to, if so."""
         last = self.cycles[-1]
         z = position(last)
+        first = self.cycles[0]
+        longest = _COARSE * first.period / (len(first.states) - 1)
+        if last.period > longest * self.shooting.steps:
+            self.shooting.steps = math.ceil(_COARSE * last.period / longest)
         self._problem.set_reference(last.states, last.value)
         while True:
             guess = z + self.step * last.tangent * last.scale
@@ -187,17 +194,27 @@ class CycleContinuation:
         return f"the end of the range, {self.setting.parameter} {value:g}, is reached", True
 
     def _end(self, new: Cycle) -> tuple[str, bool] | None:
-        first = self.cycles[0]
-        if new.period > _RUN_AWAY * first.period:
+        first, recent = self.cycles[0], self.cycles[-_LOOKED_BACK:]
+        values = np.array([c.value for c in recent])
+        standing = np.ptp(values) < _STANDING * self.setting.unit_at(new.value)
+        grown = new.period > (1.0 + _RUN_AWAY) * recent[0].period
+        if len(recent) == _LOOKED_BACK and standing and grown:
             return (
-                f"the period runs away: {new.period:.4g} s at {self.setting.parameter} "
-                f"{new.value:.6g}, {_RUN_AWAY:g} times the first; the motion approaches an "
-                "equilibrium (a homoclinic orbit). Look for one there, on the flange for instance",
+                f"the period runs away at {self.setting.parameter} {new.value:.6g}, where it is "
+                f"{new.period:.4g} s: the motion approaches an equilibrium that it leaves ever later "
+                "(a homoclinic orbit). Look for one there, on the flange for instance",
+                False,
+            )
+        if new.trivial_error > _INACCURATE:
+            return (
+                f"the motion at {self.setting.parameter} {new.value:.6g} is too unstable to be "
+                f"integrated over a period of {new.period:.4g} s (the trivial multiplier is wrong by "
+                f"{new.trivial_error:.2g}). Give more steps_per_period than {self.shooting.steps}",
                 False,
             )
         scale = self.setting.model.scale
-        small = np.max(new.amplitudes / scale) < _GONE * np.max(first.amplitudes / scale)
-        if small and len(self.cycles) > 2:
+        smallest = _GONE * min(_FIRST_AMPLITUDES[0], float(np.max(first.amplitudes / scale)))
+        if np.max(new.amplitudes / scale) < smallest and len(self.cycles) > 2:
             return f"the amplitude goes to zero, a Hopf point, near {new.value:.6g}", True
         return None
 
