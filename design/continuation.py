@@ -197,7 +197,10 @@ class CycleContinuation:
         first, recent = self.cycles[0], self.cycles[-_LOOKED_BACK:]
         values = np.array([c.value for c in recent])
         standing = np.ptp(values) < _STANDING * self.setting.unit_at(new.value)
-        grown = new.period > (1.0 + _RUN_AWAY) * recent[0].period
+        growth = new.period / recent[0].period - 1.0
+        size = self.setting.model.scale + new.amplitudes
+        swelling = float(np.max(np.abs(new.amplitudes - recent[0].amplitudes) / size))
+        grown = growth > max(_RUN_AWAY, 2.0 * swelling)
         if len(recent) == _LOOKED_BACK and standing and grown:
             return (
                 f"the period runs away at {self.setting.parameter} {new.value:.6g}, where it is "
