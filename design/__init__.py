@@ -7,18 +7,45 @@ hunting from 116.1213 m/s at 3.0553 Hz
 """
 
 from design.critical_speed import CriticalSpeed, critical_speed
+from design.cycle_plots import phase_portrait
+from design.cycles import Cycle, CycleBranch, CycleError, SpecialPoint, cycle_branch
+from design.diagram import SimulatedDiagram, simulated_diagram
 from design.equilibrium import equilibrium
+from design.hopf import HopfPoint, hopf_point
 from design.linearization import linearize
 from design.locus import SpeedLocus, speed_locus
+from design.polach import DisturbanceTest, SpeedRamp, disturbance_test, speed_ramp
+from design.simulated_cycle import simulated_cycle
+from design.spectrum import Spectrum, spectrum
+from design.stability_map import StabilityMap, stability_map
 from design.sweep import CurveSweep, curve_sweep
 
 __all__ = [
     "CriticalSpeed",
     "CurveSweep",
+    "Cycle",
+    "CycleBranch",
+    "CycleError",
+    "DisturbanceTest",
+    "HopfPoint",
+    "SimulatedDiagram",
+    "SpecialPoint",
+    "Spectrum",
     "SpeedLocus",
+    "SpeedRamp",
+    "StabilityMap",
     "critical_speed",
     "curve_sweep",
+    "cycle_branch",
+    "disturbance_test",
     "equilibrium",
+    "hopf_point",
     "linearize",
+    "phase_portrait",
+    "simulated_cycle",
+    "simulated_diagram",
+    "spectrum",
+    "stability_map",
     "speed_locus",
+    "speed_ramp",
 ]

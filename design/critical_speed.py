@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -26,6 +27,8 @@ from railenv.models import Model
 if TYPE_CHECKING:
     import control
     from matplotlib.axes import Axes
+
+    from design.hopf import Criticality, HopfPoint
 
 Loss = Literal["hunting", "divergence", "fold", "end", "none", "unstable at start"]
 
@@ -66,6 +69,8 @@ class CriticalSpeed:
         m (``math.inf`` on tangent track), rad.
     model_name : str
     state_names : tuple of str
+    inputs : ndarray, shape (n_inputs,)
+        Constant inputs.
     """
 
     loss: Loss
@@ -80,6 +85,29 @@ class CriticalSpeed:
     cant: float
     model_name: str
     state_names: tuple[str, ...]
+    inputs: NDArray[np.float64]
+    _model: Model = field(repr=False, compare=False)
+
+    @cached_property
+    def hopf(self) -> HopfPoint | None:
+        """Normal form and direction of the branch where stability is lost by hunting, else None.
+
+        Computed when first asked for, in about a second.
+        """
+        from design.hopf import hopf_point
+
+        if self.loss != "hunting":
+            return None
+        return hopf_point(self._model, inputs=self.inputs, critical=self)
+
+    @property
+    def criticality(self) -> Criticality | None:
+        """Whether hunting grows gently ("supercritical") or jumps ("subcritical").
+
+        "neutral" is neither; None where stability is not lost by hunting. See
+        :class:`design.HopfPoint`.
+        """
+        return None if self.hopf is None else self.hopf.criticality
 
     @property
     def wavelength(self) -> float | None:
@@ -316,4 +344,6 @@ class _Search:
             cant=self.start.cant,
             model_name=self.model.name,
             state_names=self.model.state_names,
+            inputs=self.start.inputs,
+            _model=self.model,
         )

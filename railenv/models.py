@@ -37,6 +37,7 @@ _RESERVED = {
     "math",
     "rhs",
     "jacobian",
+    "parameter_jacobian",
 }  # names the kernels use themselves
 _CONDITIONS = ("speed", "curvature", "cant")
 _MILLIMETRE = 1e-3

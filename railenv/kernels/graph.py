@@ -50,6 +50,16 @@ class Jacobian:
     assignments: tuple[Assignment, ...]
     entries: tuple[tuple[int, int, sympy.Expr], ...]  # row, column, value (a symbol or a number)
 
+    @property
+    def cells(self) -> tuple[tuple[int, int], ...]:
+        """Row and column of each entry."""
+        return tuple((row, column) for row, column, _ in self.entries)
+
+    @property
+    def values(self) -> list[sympy.Expr]:
+        """Value of each entry."""
+        return [value for _, _, value in self.entries]
+
 
 def trace(
     equations: Callable[..., Sequence[Any]],
@@ -106,10 +116,13 @@ def trace(
     return Graph(x, u, conditions, p, tuple(flat.assignments), atoms[:n], atoms[n:])
 
 
-def differentiate(graph: Graph) -> Jacobian:
-    """Differentiate a graph with respect to its states, inputs and running conditions."""
+def differentiate(graph: Graph, variables: Sequence[sympy.Symbol] | None = None) -> Jacobian:
+    """Differentiate a graph with respect to its states, inputs and running conditions.
+
+    Other ``variables``, such as ``graph.parameters``, take their place where they are given.
+    """
     with distribute(False):
-        return _Elimination(graph).run()
+        return _Elimination(graph, graph.variables if variables is None else tuple(variables)).run()
 
 
 def needed(assignments: Sequence[Assignment], results: Sequence[sympy.Expr]) -> list[Assignment]:
@@ -202,13 +215,14 @@ def _local_partials(symbol: sympy.Symbol, operation: sympy.Expr) -> dict[sympy.S
 class _Elimination:
     """Eliminates the intermediate values of a graph from its local partial derivatives."""
 
-    def __init__(self, graph: Graph) -> None:
+    def __init__(self, graph: Graph, variables: tuple[sympy.Symbol, ...]) -> None:
         self.graph = graph
+        self.variables = variables
         self.assignments: list[Assignment] = []
         self._names: dict[sympy.Expr, sympy.Symbol] = {}
         # partials[v][u] = dv/du over direct edges; users[u] = the values that u enters directly.
         self.partials: dict[Any, dict[Any, sympy.Expr]] = {}
-        self.users: dict[Any, dict[Any, None]] = {v: {} for v in graph.variables}
+        self.users: dict[Any, dict[Any, None]] = {v: {} for v in variables}
         for symbol, operation in graph.assignments:
             partials = _local_partials(symbol, operation)
             active = {u: d for u, d in partials.items() if u in self.users and d != 0}
@@ -256,7 +270,7 @@ class _Elimination:
             vertex = min(left, key=cost)
             self._eliminate(vertex)
             del left[vertex]
-        column = {symbol: j for j, symbol in enumerate(self.graph.variables)}
+        column = {symbol: j for j, symbol in enumerate(self.variables)}
         entries = []
         for row in range(len(self.graph.outputs)):
             for u, derivative in sorted(self.partials[row].items(), key=lambda e: column[e[0]]):

@@ -11,7 +11,9 @@ class Layout:
 
     In order: states ``x``, inputs ``u``, running conditions ``c`` (speed, curvature, cant),
     parameters ``p``, derivatives ``dx``, two rows per state of work space of the integrators, signals
-    ``o``, and the nonzero entries of the Jacobian ``j``. Buffers that only integrate end before ``j``.
+    ``o``, the nonzero entries of the Jacobian ``j``, and those of the derivatives by the parameters
+    ``q``. Buffers that only integrate end before ``j``, those that need no derivative by a parameter
+    before ``q``.
     """
 
     n_states: int
@@ -19,6 +21,7 @@ class Layout:
     n_parameters: int
     n_entries: int
     n_signals: int = 0
+    n_parameter_entries: int = 0
 
     @property
     def x(self) -> int:
@@ -64,3 +67,13 @@ class Layout:
     def rows(self) -> int:
         """Number of rows, the Jacobian's included."""
         return self.j + self.n_entries
+
+    @property
+    def q(self) -> int:
+        """First row of the derivatives by the parameters."""
+        return self.rows
+
+    @property
+    def all_rows(self) -> int:
+        """Number of rows, the derivatives by the parameters included."""
+        return self.rows + self.n_parameter_entries

@@ -103,13 +103,14 @@ def _cos(x):
 
 from railenv.kernels.layout import Layout
 
-LAYOUT = Layout(len(STATES), len(INPUTS), len(PARAMETERS), len(CELLS), N_SIGNALS)
+LAYOUT = Layout(len(STATES), len(INPUTS), len(PARAMETERS), len(CELLS), N_SIGNALS, len(PARAMETER_CELLS))
 NX = LAYOUT.n_states
 U = LAYOUT.u
 DX = LAYOUT.dx
 X0 = LAYOUT.work
 ACC = LAYOUT.work + NX
 J = LAYOUT.j
+Q = LAYOUT.q
 
 
 @jit
@@ -314,6 +315,105 @@ def follow_curve(w, rows, columns, scale, curvature, cant, out):
         for i in range(NX):
             out[node, i] = here[i]
     return nodes + 1
+
+
+@jit
+def dense_parameter_jacobian(w, rows, columns, out):
+    """Scatter the derivatives by the parameters into a dense zeroed array; scalar kernels only."""
+    parameter_jacobian(w)
+    for k in range(rows.shape[0]):
+        out[rows[k], columns[k]] = w[Q + k]
+
+
+@inline
+def _slopes(w, period, cells, directions, m, k):
+    """Derivatives k of the slope (per period) for derivatives m of the state.
+
+    Columns of m: initial state, period, then one parameter for each column of ``directions``, which
+    holds the derivatives of inputs and conditions with respect to it.
+    """
+    rhs(w)
+    jacobian(w)
+    width = m.shape[1]
+    k[:] = 0.0
+    for e in range(cells.shape[1]):
+        row, column, value = cells[0, e], cells[1, e], period * w[J + e]
+        if column < NX:
+            for j in range(width):
+                k[row, j] += value * m[column, j]
+        else:
+            for j in range(directions.shape[1]):
+                k[row, NX + 1 + j] += value * directions[column - NX, j]
+    for i in range(NX):
+        k[i, NX] += w[DX + i]
+
+
+@inline
+def _parameter_slopes(w, period, cells, directions, k):
+    """Add to the slopes what comes from the parameters of the equations."""
+    parameter_jacobian(w)
+    for e in range(cells.shape[1]):
+        row, column = cells[0, e], cells[1, e]
+        for j in range(directions.shape[1]):
+            k[row, NX + 1 + j] += period * w[Q + e] * directions[column, j]
+
+
+@inline
+def _stage(w, stage, h, period, x, dx, m0, m, acc, k):
+    """Finish one of the four stages of a Runge-Kutta step of the state and of its derivatives."""
+    weight = 1.0 if stage == 0 or stage == 3 else 2.0
+    ahead = 1.0 if stage == 2 else 0.5
+    for i in range(NX):
+        slope = period * w[DX + i]
+        dx[i] = weight * slope + (dx[i] if stage else 0.0)
+        w[i] = x[i] + (ahead * h * slope if stage < 3 else h / 6.0 * dx[i])
+        for j in range(m.shape[1]):
+            acc[i, j] = weight * k[i, j] + (acc[i, j] if stage else 0.0)
+            m[i, j] = m0[i, j] + (ahead * h * k[i, j] if stage < 3 else h / 6.0 * acc[i, j])
+
+
+@jit
+def rk4_sensitivity(w, period, mesh, cells, directions, m, states):
+    """Integrate over one period, with the exact derivatives of every step; scalar kernels only.
+
+    Steps end at the fractions ``mesh`` of the period, the first of them 0. Row i of ``states`` becomes
+    the state at mesh[i]; m becomes the derivatives of the last state with respect to the first one, the
+    period and parameters (see _slopes). They are those of the discrete steps, not of the flow.
+    """
+    m[:] = 0.0
+    for i in range(NX):
+        m[i, i] = 1.0
+        states[0, i] = w[i]
+    acc, k, dx = np.empty_like(m), np.empty_like(m), np.empty(NX)
+    m0 = np.empty_like(m)
+    for step in range(mesh.shape[0] - 1):
+        h = mesh[step + 1] - mesh[step]
+        m0[:] = m
+        for stage in range(4):
+            _slopes(w, period, cells, directions, m, k)
+            _stage(w, stage, h, period, states[step], dx, m0, m, acc, k)
+        for i in range(NX):
+            states[step + 1, i] = w[i]
+
+
+@jit
+def rk4_parameter_sensitivity(w, period, mesh, cells, directions, pcells, pdirections, m, states):
+    """Like rk4_sensitivity, with derivatives by parameters of the equations too (pdirections)."""
+    m[:] = 0.0
+    for i in range(NX):
+        m[i, i] = 1.0
+        states[0, i] = w[i]
+    acc, k, dx = np.empty_like(m), np.empty_like(m), np.empty(NX)
+    m0 = np.empty_like(m)
+    for step in range(mesh.shape[0] - 1):
+        h = mesh[step + 1] - mesh[step]
+        m0[:] = m
+        for stage in range(4):
+            _slopes(w, period, cells, directions, m, k)
+            _parameter_slopes(w, period, pcells, pdirections, k)
+            _stage(w, stage, h, period, states[step], dx, m0, m, acc, k)
+        for i in range(NX):
+            states[step + 1, i] = w[i]
 
 
 @jit
