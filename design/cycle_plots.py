@@ -230,7 +230,9 @@ def plot_diagram(
             _clearance_line(ax, diagram.clearance if name.startswith("y_w") else None, factor)
             ax.set_xlabel("speed (m/s)")
             ax.set_ylabel(_axis(name, "amplitude"))
-            where = _curve(float(diagram.radius[chosen[0]]), diagram.cant) if len(chosen) == 1 else "curves"
+            where = (
+                _curve(float(diagram.radius[chosen[0]]), diagram.cant) if len(chosen) == 1 else "curves"
+            )
             ax.set_title(f"{diagram.model_name}, {where}: motion at the end")
             ax.set_ylim(0.0, None)
         ax.legend(loc="best", fontsize=8)
@@ -268,7 +270,9 @@ def plot_spectrum(spectrum: Spectrum, ax: Axes | None = None) -> control.Control
         ax = _axes(ax)
         density = factor**2 * spectrum.density[1:]
         ax.semilogy(spectrum.frequency[1:], density, color=STABLE, lw=1.2)
-        text = f"main frequency {spectrum.main_frequency:.3f} Hz, rms {factor * spectrum.rms:.3g} {unit}"
+        text = (
+            f"main frequency {spectrum.main_frequency:.3f} Hz, rms {factor * spectrum.rms:.3g} {unit}"
+        )
         ax.axvline(spectrum.main_frequency, color=UNSTABLE, lw=1.0, ls="--", label=text)
         ax.set_xlim(0.0, 10.0 * spectrum.main_frequency)
         peak = float(density.max())

@@ -240,7 +240,9 @@ def _coefficient(forms: _Forms, q: NDArray[np.complex128], omega: float, h: floa
 
     first = along(q, constant)
     second = along(conjugate, double.real) + 1j * along(conjugate, double.imag)
-    return float((np.vdot(p, cubic) - 2.0 * np.vdot(p, first) + np.vdot(p, second)).real / (2.0 * omega))
+    return float(
+        (np.vdot(p, cubic) - 2.0 * np.vdot(p, first) + np.vdot(p, second)).real / (2.0 * omega)
+    )
 
 
 def _normal_form(setting: Setting, hopf: CriticalSpeed) -> tuple[float | None, float | None]:

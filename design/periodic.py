@@ -332,6 +332,7 @@ class PeriodicProblem:
     def _solution(
         self, z: Array, along: Array, scale: Array, shot: Shot, found: tuple[int, int]
     ) -> Solution:
+        shot.states[[0, -1]] = z[: self.n]  # the last correction, too small to integrate again
         amplitude = half_peak_to_peak(shot.states)
         here = self.scale(amplitude, float(z[self.n]), float(z[self.n + 1]))
         tangent = along * scale / here
