@@ -346,7 +346,8 @@ def solve_at(
 def hopf_mode(shooting: Shooting, hopf: CriticalSpeed) -> NDArray[np.complex128]:
     """Return the critical mode, its largest displacement 1 in units of the model's scale.
 
-    Where the model has uncoupled, identical parts (the two wheelsets of the dual wheelset), the eigenvalue
+    Where the model has uncoupled, identical parts (the two wheelsets of the dual wheelset), the
+    eigenvalue
     is multiple and its modes are not unique: all such parts then move in phase with equal amplitude.
     """
     assert hopf.mode is not None

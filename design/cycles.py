@@ -109,8 +109,8 @@ class SpecialPoint:
     Attributes
     ----------
     kind : {"fold", "torus", "period doubling", "symmetry breaking", "branch point"}
-        Torus is a Neimark-Sacker point; "symmetry breaking" is a branch point of a motion that is its own
-        mirror image half a period later.
+        Torus is a Neimark-Sacker point; "symmetry breaking" is a branch point of a motion that is
+        its own mirror image half a period later.
     cycle : Cycle
         The motion there.
     multiplier : complex
@@ -385,8 +385,8 @@ def cycle_branch(
     hopf = start or critical_speed(model, radius=radius, cant=cant, inputs=u)
     if hopf.loss != "hunting" or hopf.speed is None:
         raise CycleError(
-            f"{model.name} has no Hopf point to start from: {hopf}. Change the curve or the vehicle, or "
-            "start from a simulated limit cycle (start=design.simulated_cycle(...))"
+            f"{model.name} has no Hopf point to start from: {hopf}. Change the curve or the vehicle, "
+            "or start from a simulated limit cycle (start=design.simulated_cycle(...))"
         )
     if parameter_range is None:
         limits = (SPEED_RANGE[0], ABOVE_HOPF * hopf.speed)

@@ -147,7 +147,7 @@ def test_direction_of_the_branch_agrees_with_the_normal_form(l1, criticality):
 
 
 def test_no_hopf_point_is_an_error_with_a_hint():
-    with pytest.raises(design.CycleError, match="no Hopf point.*stable from.*simulated_cycle"):
+    with pytest.raises(design.CycleError, match=r"no Hopf point.*stable from.*simulated_cycle"):
         design.cycle_branch(exact.planar(f_x=-1.0, g_y=-1.0, f_y=-2.0, g_x=2.0))
 
 
