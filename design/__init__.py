@@ -45,7 +45,7 @@ __all__ = [
     "simulated_cycle",
     "simulated_diagram",
     "spectrum",
-    "stability_map",
     "speed_locus",
     "speed_ramp",
+    "stability_map",
 ]

@@ -45,7 +45,9 @@ _MIRRORED = 1e-3  # of the amplitude
 class CycleContinuation:
     """One branch while it is being followed."""
 
-    def __init__(self, setting: Setting, limits: Limits, longest_step: float, shooting: Shooting) -> None:
+    def __init__(
+        self, setting: Setting, limits: Limits, longest_step: float, shooting: Shooting
+    ) -> None:
         self.setting = setting
         self.limits = limits
         self.longest_step = longest_step
@@ -197,10 +199,10 @@ class CycleContinuation:
         first, recent = self.cycles[0], self.cycles[-_LOOKED_BACK:]
         values = np.array([c.value for c in recent])
         standing = np.ptp(values) < _STANDING * self.setting.unit_at(new.value)
-        growth = new.period / recent[0].period - 1.0
+        growth = math.log(new.period / recent[0].period)
         size = self.setting.model.scale + new.amplitudes
         swelling = float(np.max(np.abs(new.amplitudes - recent[0].amplitudes) / size))
-        grown = growth > max(_RUN_AWAY, 2.0 * swelling)
+        grown = growth > max(_RUN_AWAY, 4.0 * swelling)
         if len(recent) == _LOOKED_BACK and standing and grown:
             return (
                 f"the period runs away at {self.setting.parameter} {new.value:.6g}, where it is "
@@ -244,9 +246,7 @@ class CycleContinuation:
             k = min(counts)
             self._locate(p, q, lambda c: _log_modulus(c, k), None)
 
-    def _locate(
-        self, p: Cycle, q: Cycle, test: Callable[[Cycle], float], kind: Kind | None
-    ) -> None:
+    def _locate(self, p: Cycle, q: Cycle, test: Callable[[Cycle], float], kind: Kind | None) -> None:
         """Find the zero of a test function between two points; without a sign change, no point."""
         found: dict[float, Cycle] = {0.0: p, 1.0: q}
 
@@ -346,7 +346,8 @@ def solve_at(
 def hopf_mode(shooting: Shooting, hopf: CriticalSpeed) -> NDArray[np.complex128]:
     """Return the critical mode, its largest displacement 1 in units of the model's scale.
 
-    Where the model has uncoupled, identical parts (the two wheelsets of the dual wheelset), the eigenvalue
+    Where the model has uncoupled, identical parts (the two wheelsets of the dual wheelset), the
+    eigenvalue
     is multiple and its modes are not unique: all such parts then move in phase with equal amplitude.
     """
     assert hopf.mode is not None
@@ -426,9 +427,7 @@ def _log_modulus(cycle: Cycle, k: int) -> float:
 
 
 @contextmanager
-def _shown(
-    progress: bool, run: CycleContinuation, points: int
-) -> Iterator[Callable[[], None]]:
+def _shown(progress: bool, run: CycleContinuation, points: int) -> Iterator[Callable[[], None]]:
     """Show how far a branch has come."""
     if not progress:
         yield lambda: None

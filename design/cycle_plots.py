@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from design.plots import NEUTRAL, SERIES, STABLE, UNSTABLE, _axes, _curve, _drawn, style
 from railenv import checks
+from railenv.errors import ParameterError
 
 if TYPE_CHECKING:
     import control
@@ -40,7 +42,7 @@ _DECADES = 8.0  # of the density shown below its peak
 
 def _unit(state: str) -> tuple[float, str]:
     """Return the factor and the unit in which a state is drawn."""
-    kind = state.split("_")[0]
+    kind = state.split("_", maxsplit=1)[0]
     units = {"y": "mm", "z": "mm", "phi": "mrad", "psi": "mrad"}
     units |= {f"d{name}": f"{unit}/s" for name, unit in units.items()}
     return (1e3, units[kind]) if "_" in state and kind in units else (1.0, "")
@@ -55,7 +57,7 @@ def _axis(state: str, what: str = "") -> str:
 def _runs(stable: NDArray[np.bool_]) -> Iterator[tuple[slice, bool]]:
     """Yield stretches of equal stability; each overlaps the next by a point, so that lines join."""
     edges = [0, *(np.flatnonzero(np.diff(stable)) + 1).tolist(), len(stable)]
-    for a, b in zip(edges[:-1], edges[1:], strict=True):
+    for a, b in pairwise(edges):
         yield slice(a, min(b + 1, len(stable))), bool(stable[a])
 
 
@@ -205,7 +207,7 @@ def plot_diagram(
     chosen = [i for i, r in enumerate(diagram.radius) if radius in (None, r)]
     if not chosen:
         known = ", ".join(f"{r:g}" for r in diagram.radius)
-        raise checks.ParameterError(f"radius is {radius:g} m; simulated were {known}")
+        raise ParameterError(f"radius is {radius:g} m; simulated were {known}")
     fresh = ax is None
     with style():
         ax = _axes(ax, (6.8, 4.6))
@@ -230,7 +232,9 @@ def plot_diagram(
             _clearance_line(ax, diagram.clearance if name.startswith("y_w") else None, factor)
             ax.set_xlabel("speed (m/s)")
             ax.set_ylabel(_axis(name, "amplitude"))
-            where = _curve(float(diagram.radius[chosen[0]]), diagram.cant) if len(chosen) == 1 else "curves"
+            where = (
+                _curve(float(diagram.radius[chosen[0]]), diagram.cant) if len(chosen) == 1 else "curves"
+            )
             ax.set_title(f"{diagram.model_name}, {where}: motion at the end")
             ax.set_ylim(0.0, None)
         ax.legend(loc="best", fontsize=8)
@@ -268,7 +272,9 @@ def plot_spectrum(spectrum: Spectrum, ax: Axes | None = None) -> control.Control
         ax = _axes(ax)
         density = factor**2 * spectrum.density[1:]
         ax.semilogy(spectrum.frequency[1:], density, color=STABLE, lw=1.2)
-        text = f"main frequency {spectrum.main_frequency:.3f} Hz, rms {factor * spectrum.rms:.3g} {unit}"
+        text = (
+            f"main frequency {spectrum.main_frequency:.3f} Hz, rms {factor * spectrum.rms:.3g} {unit}"
+        )
         ax.axvline(spectrum.main_frequency, color=UNSTABLE, lw=1.0, ls="--", label=text)
         ax.set_xlim(0.0, 10.0 * spectrum.main_frequency)
         peak = float(density.max())

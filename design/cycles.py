@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Kind = Literal["fold", "torus", "period doubling", "symmetry breaking", "branch point"]
 
-_ABOVE_HOPF = 1.2  # of the Hopf speed, up to which a branch is followed unless a range is given
+ABOVE_HOPF = 1.2  # of the Hopf speed, up to which a branch is followed unless a range is given
 
 
 class CycleError(RailenvError):
@@ -93,7 +93,9 @@ class Cycle:
         """Amplitude of every state, by its name."""
         return dict(zip(self.state_names, self.amplitudes.tolist(), strict=True))
 
-    def plot(self, states: tuple[str, str] | None = None, ax: Axes | None = None) -> control.ControlPlot:
+    def plot(
+        self, states: tuple[str, str] | None = None, ax: Axes | None = None
+    ) -> control.ControlPlot:
         """Draw the motion in the plane of two states (by default the first and its rate)."""
         from design.cycle_plots import plot_cycle
 
@@ -107,8 +109,8 @@ class SpecialPoint:
     Attributes
     ----------
     kind : {"fold", "torus", "period doubling", "symmetry breaking", "branch point"}
-        Torus is a Neimark-Sacker point; "symmetry breaking" is a branch point of a motion that is its own
-        mirror image half a period later.
+        Torus is a Neimark-Sacker point; "symmetry breaking" is a branch point of a motion that is
+        its own mirror image half a period later.
     cycle : Cycle
         The motion there.
     multiplier : complex
@@ -317,7 +319,7 @@ def cycle_branch(
     inputs : array_like, shape (n_inputs,), optional
         Constant inputs; zero when left out.
     start : CriticalSpeed or Cycle, optional
-        The Hopf point to start from (the first one of the range when left out), or a periodic motion,
+        The Hopf point to start from (the first one when left out), or a periodic motion,
         for instance from :func:`design.simulated_cycle` or another branch.
     parameter : str
         "speed", "curvature", "cant" or a parameter of the model. Other than "speed" needs a Cycle as
@@ -380,16 +382,14 @@ def cycle_branch(
             "speed starts from a limit cycle: give start=design.simulated_cycle(...)"
         )
     limits = SPEED_RANGE if parameter_range is None else _range(parameter_range)
-    hopf = start or critical_speed(
-        model, radius=radius, cant=cant, inputs=u, speed_range=(SPEED_RANGE[0], max(limits))
-    )
+    hopf = start or critical_speed(model, radius=radius, cant=cant, inputs=u)
     if hopf.loss != "hunting" or hopf.speed is None:
         raise CycleError(
-            f"{model.name} has no Hopf point to start from: {hopf}. Widen parameter_range, change the "
-            "curve, or start from a simulated limit cycle (start=design.simulated_cycle(...))"
+            f"{model.name} has no Hopf point to start from: {hopf}. Change the curve or the vehicle, "
+            "or start from a simulated limit cycle (start=design.simulated_cycle(...))"
         )
     if parameter_range is None:
-        limits = (SPEED_RANGE[0], _ABOVE_HOPF * hopf.speed)
+        limits = (SPEED_RANGE[0], ABOVE_HOPF * hopf.speed)
     curvature = checks.curvature(hopf.radius)
     setting = Setting(model, "speed", hopf.speed, curvature, hopf.cant, u)
     run = CycleContinuation.from_hopf(setting, hopf, limits, longest_step, steps_per_period)

@@ -1,7 +1,7 @@
 """The bifurcation diagram by simulation: many speeds, curves and initial states at once.
 
-What the paper's Figs 10 and 11 show. It sees stable motions only; which of several depends on where a simulation
-starts. :mod:`design.cycles` sees all of them.
+What the paper's Figs 10 and 11 show. It sees stable motions only; which of several depends on where
+a simulation starts. :mod:`design.cycles` sees all of them.
 """
 
 from __future__ import annotations
@@ -99,8 +99,8 @@ def simulated_diagram(
 ) -> SimulatedDiagram:
     """Simulate a vehicle at many speeds, on several curves, from several initial states.
 
-    All speeds and initial states of one curve are integrated together, in lanes of the processor's vector
-    units and on all threads.
+    All speeds and initial states of one curve are integrated together, in lanes of the processor's
+    vector units and on all threads.
 
     Parameters
     ----------
@@ -112,8 +112,8 @@ def simulated_diagram(
     cant : float
         Cant angle on all of them, rad.
     starts : sequence of mappings, optional
-        Added to the running equilibrium, by state name. A small and a large displacement of the first state
-        (0.1 and 8 of the model's scale) when left out.
+        Added to the running equilibrium, by state name. A small and a large displacement of the
+        first state (0.1 and 8 of the model's scale) when left out.
     duration, window : float
         Time simulated, and the time at its end in which extremes are taken, s.
     step : float, optional

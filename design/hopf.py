@@ -1,8 +1,8 @@
 """What kind of Hopf point it is: hunting that grows gently from nothing, or that jumps.
 
 Two answers are given, because the equations are barely twice differentiable near zero creep. The first
-Lyapunov coefficient is that of the normal form and tells of amplitudes too small to matter; the direction in
-which the branch of limit cycles leaves is that of amplitudes that can be seen.
+Lyapunov coefficient is that of the normal form and tells of amplitudes too small to matter; the
+direction in which the branch of limit cycles leaves is that of amplitudes that can be seen.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 Criticality = Literal["supercritical", "subcritical", "neutral"]
 
 AMPLITUDES = (0.1, 1.0)
-"""Amplitudes between which the direction of the branch is judged, in units of the model's scale (mm)."""
+"""Amplitudes between which the branch's direction is judged, in units of the model's scale (mm)."""
 
 _NEUTRAL = 2e-4  # change of speed between them, relative, below which the branch stands upright
 _POINTS = 25
@@ -47,8 +47,8 @@ class HopfPoint:
         Speed, frequency, equilibrium and mode.
     lyapunov_coefficient : float or None
         First Lyapunov coefficient as Kuznetsov defines it (eigenvector of length 1 in SI units, divided
-        by the angular frequency); negative is supercritical. None where the equations are not smooth enough
-        for it to exist.
+        by the angular frequency); negative is supercritical. None where the equations are not
+        smooth enough for it to exist.
     amplitude_range : float or None
         Amplitude (m, of the mode's largest displacement) up to which the coefficient holds within 10 %.
     branch_amplitudes : (float, float)
@@ -232,22 +232,24 @@ def _coefficient(forms: _Forms, q: NDArray[np.complex128], omega: float, h: floa
     double = np.linalg.solve(2j * omega * np.eye(len(A)) - A, qq)
     conjugate = q.conj()
 
-    def along(v: NDArray[np.complex128], w: Array) -> NDArray[np.complex128]:
+    def along(v: Any, w: Any) -> Any:
         """Second derivative along w and v, for a real w and a complex v."""
         size = float(np.abs(w).max()) or 1.0
         unit = h * float(np.abs(q).max()) / size
-        return np.asarray(forms.second(w, v.real, unit) + 1j * forms.second(w, v.imag, unit))
+        return forms.second(w, v.real, unit) + 1j * forms.second(w, v.imag, unit)
 
     first = along(q, constant)
     second = along(conjugate, double.real) + 1j * along(conjugate, double.imag)
-    return float((np.vdot(p, cubic) - 2.0 * np.vdot(p, first) + np.vdot(p, second)).real / (2.0 * omega))
+    return float(
+        (np.vdot(p, cubic) - 2.0 * np.vdot(p, first) + np.vdot(p, second)).real / (2.0 * omega)
+    )
 
 
 def _normal_form(setting: Setting, hopf: CriticalSpeed) -> tuple[float | None, float | None]:
     """Return the first Lyapunov coefficient and the amplitude (m) up to which it holds.
 
-    The differences are taken over ever smaller amplitudes and extrapolated (Richardson). Where they do not
-    converge there is no coefficient.
+    The differences are taken over ever smaller amplitudes and extrapolated (Richardson). Where they
+    do not converge there is no coefficient.
     """
     from design.continuation import hopf_mode
 

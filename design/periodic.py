@@ -2,8 +2,8 @@
 
 A period is integrated by a fixed number of Runge-Kutta steps. The unknowns are the state at its start,
 its length and one parameter; Newton's method uses the exact derivatives of those very steps
-(``rk4_sensitivity`` of the kernels), so it converges quadratically and the Floquet multipliers belong to
-the motion that was computed.
+(``rk4_sensitivity`` of the kernels), so it converges quadratically and the Floquet multipliers
+belong to the motion that was computed.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Shot:
-    """One period from some start: states (rows), and derivatives of the last by start, period, value."""
+    """One period: states (rows), and derivatives of the last by the first, the period and the value."""
 
     states: Array
     derivatives: Array
@@ -332,6 +332,7 @@ class PeriodicProblem:
     def _solution(
         self, z: Array, along: Array, scale: Array, shot: Shot, found: tuple[int, int]
     ) -> Solution:
+        shot.states[[0, -1]] = z[: self.n]  # the last correction, too small to integrate again
         amplitude = half_peak_to_peak(shot.states)
         here = self.scale(amplitude, float(z[self.n]), float(z[self.n + 1]))
         tangent = along * scale / here

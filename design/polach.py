@@ -1,7 +1,7 @@
 """The nonlinear critical speed by simulation: slow ramps of speed, and large disturbances.
 
-Polach's two definitions: the speed at which hunting ceases when a hunting vehicle is slowed down, and the
-lowest speed at which the vehicle goes on hunting after a large disturbance.
+Polach's two definitions: the speed at which hunting ceases when a hunting vehicle is slowed down,
+and the lowest speed at which the vehicle goes on hunting after a large disturbance.
 """
 
 from __future__ import annotations
@@ -97,8 +97,8 @@ def speed_ramp(
 ) -> SpeedRamp:
     """Simulate a slow change of speed, up or down.
 
-    A ramp lags behind: hunting ceases, or begins, a little after the speed at which it must. The lag grows with
-    the rate.
+    A ramp lags behind: hunting ceases, or begins, a little after the speed at which it must. The
+    lag grows with the rate.
 
     Parameters
     ----------
@@ -206,8 +206,8 @@ def disturbance_test(
 ) -> DisturbanceTest:
     """Disturb a vehicle strongly at each of some speeds, all at once, and see where it goes on hunting.
 
-    Near the critical speed a disturbance dies out slowly, so too short a ``duration`` gives too low a speed;
-    and the outcome depends on the disturbance.
+    Near the critical speed a disturbance dies out slowly, so too short a ``duration`` gives too low
+    a speed; and the outcome depends on the disturbance.
 
     Parameters
     ----------
@@ -215,8 +215,8 @@ def disturbance_test(
     speeds : array_like
         Increasing, m/s.
     disturbance : mapping of str to float, optional
-        Added to the running equilibrium; 8 of the model's scale (8 mm) in every lateral displacement (states
-        named ``y_...``), or in the first state, when left out.
+        Added to the running equilibrium; 8 of the model's scale (8 mm) in every lateral
+        displacement (states named ``y_...``), or in the first state, when left out.
     radius, cant, duration, window
         As in :func:`design.simulated_diagram`.
     state, threshold

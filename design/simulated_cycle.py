@@ -46,7 +46,8 @@ def simulated_cycle(
     radius, cant : float
         Curve radius (m; ``math.inf`` is tangent track) and cant (rad).
     perturbation : mapping of str to float, optional
-        Added to the running equilibrium; 5 of the model's scale (5 mm) in the first state when left out.
+        Added to the running equilibrium; 5 of the model's scale (5 mm) in the first state when left
+        out.
     initial_state : array_like, shape (n_states,), optional
         Where to start instead of the running equilibrium.
     duration : float
@@ -105,18 +106,18 @@ def _last_period(model: Model, time: Array, states: Array) -> tuple[float, int]:
     early, late = np.ptp(signal[:tenth]), np.ptp(signal[-tenth:])
     if np.ptp(signal) < _STILL * model.scale[k] or late < _DECAYED * early:
         raise CycleError(
-            f"the motion of {model.name} dies out within {time[-1]:g} s: there is no limit cycle that this "
-            "disturbance reaches. Raise the speed or the perturbation"
+            f"the motion of {model.name} dies out within {time[-1]:g} s: there is no limit cycle that "
+            "this disturbance reaches. Raise the speed or the perturbation"
         )
     up = np.flatnonzero((signal[:-1] < 0.0) & (signal[1:] >= 0.0))
     if len(up) < 3:
         raise CycleError(
-            f"{model.name} completes fewer than two periods in the last {time[-1] / 2.0:.3g} s; simulate "
-            "longer"
+            f"{model.name} completes fewer than two periods in the last {time[-1] / 2.0:.3g} s; "
+            "simulate longer"
         )
     exact = up + signal[up] / (signal[up] - signal[up + 1])
     before = (exact[-1] - exact[:-1]) * _step(time)
-    # the motion may cross its middle several times a period: take the shortest span after which it is back
+    # the motion may cross its middle several times a period: the shortest span that brings it back
     part = (exact - up)[:, None]
     crossings = ((1.0 - part) * tail[up] + part * tail[up + 1]) / np.maximum(
         np.ptp(tail, axis=0), _STILL * model.scale

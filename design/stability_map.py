@@ -1,6 +1,7 @@
 """Where a vehicle never hunts, may hunt, and must hunt: speed against a second parameter.
 
-Above the Hopf point the running equilibrium is unstable, and the vehicle must hunt. Below the fold of limit
+Above the Hopf point the running equilibrium is unstable, and the vehicle must hunt. Below the fold
+of limit
 cycles there is no hunting, however large the disturbance. Between them it depends on the disturbance.
 """
 
@@ -107,18 +108,21 @@ def stability_map(
 ) -> StabilityMap:
     """Follow the Hopf point and the fold of limit cycles over a second parameter.
 
-    The first fold is found along the whole branch. From one value to the next the stable motion beside it is
+    The first fold is found along the whole branch. From one value to the next the stable motion
+    beside it is
     corrected and followed down to its fold again; where that fails the branch is computed anew.
 
     Parameters
     ----------
     model : Model
     parameter : str
-        "radius", "cant" or a parameter of the model (such as "conicity", or a gain in equations of your own).
+        "radius", "cant" or a parameter of the model, such as "conicity", or a gain in equations of
+        your own.
     values : array_like
         Its values, in an order without jumps.
     radius, cant : float
-        Curve radius (m; ``math.inf`` is tangent track) and cant (rad), held unless they are the parameter.
+        Curve radius (m; ``math.inf`` is tangent track) and cant (rad), held unless they are the
+        parameter.
     speed_range : (float, float)
         Lowest and highest speed, m/s.
     progress : bool

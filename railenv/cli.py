@@ -312,6 +312,50 @@ def locus(
 
 
 @app.command()
+def bifurcation(
+    vehicle: VehicleOption = "HIGH_SPEED_COACH",
+    model: ModelOption = "bogie",
+    radius: RadiusOption = math.inf,
+    cant: CantOption = 0.0,
+    lowest: Annotated[
+        float | None, typer.Option(help="Lowest speed, m/s; 3, or near the fold to simulate.")
+    ] = None,
+    highest: Annotated[
+        float | None, typer.Option(help="Highest speed, m/s; 1.2 times the Hopf point's if left out.")
+    ] = None,
+    points: Annotated[int, typer.Option(min=2, help="Most points of the branch.")] = 150,
+    chart: Annotated[
+        str | None,
+        typer.Option("--map", help="Hopf points and folds over a parameter, as conicity=0.03:0.1:8."),
+    ] = None,
+    simulated: Annotated[
+        int,
+        typer.Option(min=0, help="Simulate too, at so many speeds, from a small and a large start."),
+    ] = 0,
+    state: Annotated[str | None, typer.Option(help="State to report and draw; the first.")] = None,
+    changes: SetOption = None,
+    plot: PlotOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Follow the limit cycles from the Hopf point through their fold; or map where hunting occurs."""
+    from railenv import cli_bifurcation as command
+
+    built = _model(model, vehicle, changes)
+    show = not as_json and err.is_terminal
+    if chart is not None:
+        found = command.stability_map(built, chart, radius, cant, show)
+    else:
+        found = command.branch(built, radius, cant, (lowest, highest), points, state, simulated, show)
+    if as_json:
+        _print_json(found.summary)
+    else:
+        for part in found.shown:
+            out.print(part, highlight=False)
+    if plot:
+        _save(found.draw(), plot)
+
+
+@app.command()
 def simulate(
     speed: Annotated[float, typer.Option("--speed", "-s", help="Forward speed, m/s.")],
     vehicle: VehicleOption = "HIGH_SPEED_COACH",

@@ -29,16 +29,9 @@ if TYPE_CHECKING:
 Equations = Callable[..., Sequence[Any]]
 Array = NDArray[np.float64]
 
-_RESERVED = {
-    "w",
-    "lane",
-    "L",
-    "real",
-    "math",
-    "rhs",
-    "jacobian",
-    "parameter_jacobian",
-}  # names the kernels use themselves
+_RESERVED = {"w", "lane", "L", "real", "math", "rhs", "jacobian", "parameter_jacobian"}
+"""Names that the kernels use themselves."""
+
 _CONDITIONS = ("speed", "curvature", "cant")
 _MILLIMETRE = 1e-3
 

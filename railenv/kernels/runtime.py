@@ -327,7 +327,7 @@ def dense_parameter_jacobian(w, rows, columns, out):
 
 @inline
 def _slopes(w, period, cells, directions, m, k):
-    """Derivatives k of the slope (per period) for derivatives m of the state.
+    """Compute derivatives k of the slope (per period) for derivatives m of the state.
 
     Columns of m: initial state, period, then one parameter for each column of ``directions``, which
     holds the derivatives of inputs and conditions with respect to it.
@@ -361,7 +361,7 @@ def _parameter_slopes(w, period, cells, directions, k):
 @inline
 def _stage(w, stage, h, period, x, dx, m0, m, acc, k):
     """Finish one of the four stages of a Runge-Kutta step of the state and of its derivatives."""
-    weight = 1.0 if stage == 0 or stage == 3 else 2.0
+    weight = 1.0 if stage in (0, 3) else 2.0
     ahead = 1.0 if stage == 2 else 0.5
     for i in range(NX):
         slope = period * w[DX + i]

@@ -1,7 +1,8 @@
 """Python source of a model's kernels, written from its expression graph.
 
-The text defines ``rhs(w)``, ``jacobian(w)`` and ``parameter_jacobian(w)`` over one flat buffer ``w[row * L + lane]``; what the
-rows hold is said by :class:`Layout`. It is completed by ``railenv/kernels/runtime.py`` and compiled by
+The text defines ``rhs(w)``, ``jacobian(w)`` and ``parameter_jacobian(w)`` over one flat buffer
+``w[row * L + lane]``; what the rows hold is said by :class:`Layout`. It is completed by
+``railenv/kernels/runtime.py`` and compiled by
 :mod:`railenv.kernels.loader`. With L = 1 the same text is the scalar kernel.
 """
 
@@ -199,7 +200,7 @@ def _function(
             f"def {name}(w):",
             *(f"    {line}" for line in constants),
             "    for lane in range(L):",
-            *(f"        {line}" for line in (*loads, *body, *stores)),
+            *(f"        {line}" for line in (*loads, *body, *stores) or ("pass",)),
             "",
         ]
     )

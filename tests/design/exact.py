@@ -12,7 +12,20 @@ def _planar(state, u, speed, curvature, cant, p):
     x, y = state
     mu, r2 = speed - MU, x * x + y * y
     radial = p.l1 * r2 + p.l2 * r2 * r2
-    values = (1.0, x, y, mu * x, mu * y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y)
+    values = (
+        1.0,
+        x,
+        y,
+        mu * x,
+        mu * y,
+        x * x,
+        x * y,
+        y * y,
+        x * x * x,
+        x * x * y,
+        x * y * y,
+        y * y * y,
+    )
     dx, dy = radial * x - p.twist * r2 * y, radial * y + p.twist * r2 * x
     for term, value in zip(TERMS, values, strict=True):
         dx = dx + getattr(p, f"f_{term}") * value

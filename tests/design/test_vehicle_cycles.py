@@ -87,14 +87,17 @@ def test_multipliers_agree_with_the_decay_of_a_perturbed_cycle(cooperrider, coop
         cooperrider,
         speed=cycle.speed,
         initial_state=cycle.states[0],
-        perturbation={"y_w1": 2e-5, "y_b": -1e-5},
+        perturbation={"y_w1": 1e-4, "y_b": -5e-5},
         duration=8 * cycle.period,
         step=cycle.period / 400,
         output_step=cycle.period,
     )
-    # differences of successive periods leave out the shift in phase, which does not decay
-    left = np.linalg.norm(np.diff(response.outputs, axis=1) / cycle.scale[:14, None], axis=0)
-    np.testing.assert_allclose(left[5] / left[4], abs(cycle.multipliers[0]), rtol=0.02)
+    # differences of successive periods leave out the shift in phase, which does not decay; what is
+    # left obeys the recurrence of the leading pair, d'' = 2 Re(mu) d' - |mu|^2 d
+    d = np.diff(response.outputs, axis=1) / cycle.scale[:14, None]
+    measured = np.linalg.lstsq(d[:, 4:6], d[:, 6], rcond=None)[0]
+    mu = cycle.multipliers[0]
+    np.testing.assert_allclose(measured, [-(abs(mu) ** 2), 2.0 * mu.real], rtol=0.05)
 
 
 def test_multipliers_agree_with_the_growth_of_a_perturbed_unstable_cycle(coach, coach_branch):
@@ -197,7 +200,8 @@ def test_a_curve_and_its_mirror_image_have_the_same_limit_cycles(dual):
     left, right = (
         design.cycle_branch(dual, radius=s * 5000.0, cant=s * CANT, points=6) for s in (1.0, -1.0)
     )
-    np.testing.assert_allclose(left.speed, right.speed, rtol=1e-7)
+    assert left.hopf.speed == pytest.approx(right.hopf.speed, rel=1e-8)
+    np.testing.assert_allclose(left.speed, right.speed, rtol=1e-5)  # steps differ by half a period
 
 
 # -------------------------------------------------------------------- parameters and maps
@@ -240,11 +244,10 @@ def test_simulated_diagram_shows_the_stable_motions_of_the_branch(cooperrider, c
     small, big = diagram.amplitude["y_w1"][0].T
     assert (small[:2] < 1e-5).all()
     assert big[0] < 1e-5
-    for v, amplitude in ((68.0, big[1]), (72.0, big[2]), (72.0, small[2])):
-        on = design.cycle_branch(
-            cooperrider, start=cooperrider_branch.at(v, stable=True)[0], parameter_range=(v - 1, v)
-        )
-        assert amplitude == pytest.approx(on.amplitude["y_w1"][-1], rel=5e-3)
+    on = cooperrider_branch.stable
+    curve = cooperrider_branch.speed[on], cooperrider_branch.amplitude["y_w1"][on]
+    expected = np.interp([68.0, 72.0, 72.0], *curve)
+    np.testing.assert_allclose([big[1], big[2], small[2]], expected, rtol=5e-3)
     assert diagram.steady.all()
 
 
@@ -276,9 +279,7 @@ def test_disturbance_test_finds_hunting_between_fold_and_hopf_point(coach, coach
 
 
 def test_ramp_up_from_rest_begins_to_hunt_above_the_hopf_point(cooperrider):
-    ramp = design.speed_ramp(
-        cooperrider, start=68.0, stop=72.0, rate=0.1, perturbation={"y_w1": 1e-5}
-    )
+    ramp = design.speed_ramp(cooperrider, start=68.0, stop=72.0, rate=0.1, perturbation={"y_w1": 1e-5})
     assert 68.644 < ramp.critical_speed < 72.0
     assert "begins" in str(ramp)
 
@@ -303,7 +304,7 @@ def test_everything_can_be_drawn(cooperrider, cooperrider_branch, coach):
         cooperrider, [66.0, 70.0], duration=1.0, window=0.5, radii=[math.inf]
     )
     response = railenv.simulate(cooperrider, speed=70.0, perturbation={"y_w1": 1e-3}, duration=4.0)
-    chart = design.stability_map(cooperrider, "conicity", [0.05])
+    chart = design.stability_map(cooperrider, "conicity", [0.05, 0.052])
     ramp = design.speed_ramp(cooperrider, start=70.0, stop=69.0, rate=0.5, cycle=branch.cycles[-1])
     drawn = [
         branch.plot(),
@@ -319,7 +320,8 @@ def test_everything_can_be_drawn(cooperrider, cooperrider_branch, coach):
         design.DisturbanceTest(diagram, "y_w1", 1e-3).plot(),
     ]
     for plot in drawn:
-        assert np.ravel(plot.axes)[0].lines
+        axes = np.ravel(plot.axes)[0]
+        assert axes.lines or axes.patches
     text = [t.get_text() for t in np.ravel(drawn[0].axes)[0].get_legend().get_texts()]
     assert "fold at 66.66 m/s" in text
     assert "Hopf point at 68.64 m/s" in text
@@ -327,7 +329,7 @@ def test_everything_can_be_drawn(cooperrider, cooperrider_branch, coach):
     plt.close("all")
 
 
-def test_a_fine_time_step_is_not_needed_twice(coach_branch):
+def test_summary_and_text_of_a_branch_tell_its_fold(coach_branch):
     at_fold = coach_branch.folds[0]
     assert at_fold.precision < 1e-6
     assert len(coach_branch.summary()["speed"]) == len(coach_branch)

@@ -1,0 +1,138 @@
+"""What ``railenv bifurcation`` computes and shows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from rich import box
+from rich.table import Table
+
+from railenv import checks
+from railenv.errors import ParameterError
+from railenv.models import Model
+
+_ROWS = 20
+_BELOW = 0.97  # of the lowest speed of the branch, from which is simulated
+
+
+@dataclass(frozen=True)
+class Found:
+    """A result of the command: plain data, what to print, and how to draw it."""
+
+    summary: dict[str, Any]
+    shown: list[Any]
+    draw: Callable[[], Any]
+
+
+def branch(
+    model: Model,
+    radius: float,
+    cant: float,
+    speeds: tuple[float | None, float | None],
+    points: int,
+    state: str | None,
+    simulated: int,
+    progress: bool,
+) -> Found:
+    """Follow the branch from the Hopf point; simulate at some speeds as well if asked for."""
+    import design
+    from design.critical_speed import SPEED_RANGE
+    from design.cycles import ABOVE_HOPF
+
+    name = model.state_names[0] if state is None else state
+    checks.known("state in --state", [name], model.state_names)
+    hopf = design.critical_speed(model, radius=radius, cant=cant)
+    low = SPEED_RANGE[0] if speeds[0] is None else speeds[0]
+    high = ABOVE_HOPF * (hopf.speed or SPEED_RANGE[1]) if speeds[1] is None else speeds[1]
+    found = design.cycle_branch(
+        model, start=hopf, parameter_range=(low, high), points=points, progress=progress
+    )
+    summary = {**found.summary(), "hopf": hopf.summary()}
+    shown: list[Any] = [f"{model.name}: {hopf}", *(str(s) for s in found.special)]
+    shown += [_cycles(found, name), f"ended: {found.ended}"]
+    diagram: Any = None
+    if simulated:
+        start = _BELOW * float(found.speed.min()) if speeds[0] is None else low
+        grid = np.linspace(start, high, simulated)
+        diagram = design.simulated_diagram(model, grid, radii=[radius], cant=cant, progress=progress)
+        amplitude = diagram.amplitude[name][0]
+        summary["simulated"] = {"speed": grid.tolist(), name: _plain(amplitude)}
+        shown.append(_simulated(grid, amplitude, name))
+
+    def draw() -> Any:
+        drawn = found.plot(name)
+        if diagram is None:
+            return drawn
+        return diagram.plot(name, ax=np.ravel(drawn.axes)[0])
+
+    return Found(summary, shown, draw)
+
+
+def stability_map(model: Model, text: str, radius: float, cant: float, progress: bool) -> Found:
+    """Follow Hopf point and fold over a parameter given as name=low:high:count."""
+    import design
+
+    name, values = _grid(text)
+    found = design.stability_map(model, name, values, radius=radius, cant=cant, progress=progress)
+    table = Table(title=f"{model.name}: speeds in m/s", box=box.SIMPLE)
+    for title in (name, "never hunts below (fold)", "must hunt above (Hopf)", ""):
+        table.add_column(title, justify="right")
+    rows = zip(found.value, found.fold_speed, found.hopf_speed, found.notes, strict=True)
+    for value, fold, hopf, note in rows:
+        table.add_row(f"{value:.5g}", _speed(fold), _speed(hopf), note)
+    return Found(found.summary(), [table, *([found.ended] if found.ended else [])], found.plot)
+
+
+def _grid(text: str) -> tuple[str, Any]:
+    name, equals, limits = text.partition("=")
+    parts = limits.split(":")
+    try:
+        low, high, count = float(parts[0]), float(parts[1]), int(parts[2])
+    except (IndexError, ValueError):
+        count = 0
+    if not equals or len(parts) != 3 or count < 1:
+        raise ParameterError(
+            f"--map is {text!r}; it must be name=low:high:count, as radius=3000:9000:7"
+        )
+    return name.strip(), np.linspace(low, high, count)
+
+
+def _cycles(found: Any, name: str) -> Table:
+    unit = 1e3 if name.startswith(("y_", "z_", "phi_", "psi_")) else 1.0
+    table = Table(title=str(found), box=box.SIMPLE)
+    for title in ("speed (m/s)", "amplitude" + (" (mm, mrad)" if unit > 1 else ""), "frequency (Hz)"):
+        table.add_column(title, justify="right")
+    table.add_column("largest multiplier", justify="right")
+    table.add_column("")
+    amplitude = unit * found.amplitude[name]
+    for i in np.unique(np.linspace(0, len(found) - 1, min(_ROWS, len(found))).astype(int)):
+        cycle = found.cycles[i]
+        table.add_row(
+            f"{cycle.speed:.3f}",
+            f"{amplitude[i]:.4f}",
+            f"{cycle.frequency:.4f}",
+            f"{abs(cycle.multipliers[0]):.4f}" if cycle.multipliers.size else "",
+            "stable" if cycle.stable else "unstable",
+        )
+    return table
+
+
+def _simulated(speeds: Any, amplitude: Any, name: str) -> Table:
+    table = Table(title=f"simulated amplitude of {name} after 20 s, SI units", box=box.SIMPLE)
+    for title in ("speed (m/s)", "small start", "large start"):
+        table.add_column(title, justify="right")
+    for speed, (small, large) in zip(speeds, amplitude, strict=True):
+        table.add_row(f"{speed:.3f}", f"{small:.4g}", f"{large:.4g}")
+    return table
+
+
+def _plain(values: Any) -> list[list[float | None]]:
+    return [[None if math.isnan(v) else float(v) for v in row] for row in values]
+
+
+def _speed(value: float) -> str:
+    return "none" if math.isnan(value) else f"{value:.3f}"
