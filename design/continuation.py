@@ -30,6 +30,7 @@ _FIRST_AMPLITUDES = (0.1, 0.03, 0.3, 1.0)  # of the model's scale, tried in turn
 _FIRST_STEP = 0.05
 _SMALLEST_STEP = 1e-5
 _LARGEST_MISS = 0.3  # of the step, between the prediction along the tangent and the branch
+_GENTLE = 0.5  # turn of the tangent in a step (rad) up to which the prediction follows the curvature
 _GROWTH, _FEW_STEPS = 1.5, 4  # of the step, after a corrector of so few Newton steps
 _STANDING, _LOOKED_BACK = 2e-3, 12  # change of the parameter (units) over so many points ...
 _RUN_AWAY = 0.05  # ... while the period grows by this fraction
@@ -164,8 +165,9 @@ class CycleContinuation:
         if last.period > longest * self.shooting.steps:
             self.shooting.steps = math.ceil(_COARSE * last.period / longest)
         self._problem.set_reference(last.states, last.value)
+        bend = self._bend()
         while True:
-            guess = z + self.step * last.tangent * last.scale
+            guess = z + (self.step * last.tangent + 0.5 * self.step**2 * bend) * last.scale
             try:
                 found = self._problem.solve(guess, last.tangent, last.scale)
                 miss = float(np.linalg.norm((found.z - guess) / last.scale))
@@ -185,6 +187,17 @@ class CycleContinuation:
         self._look_between(last, new)
         self.cycles.append(new)
         return self._end(new)
+
+    def _bend(self) -> Array:
+        """Return the curvature of the branch at the last point, zero where it has a kink there."""
+        last = self.cycles[-1]
+        if len(self.cycles) < 2:
+            return np.zeros_like(last.tangent)
+        before = self.cycles[-2]
+        length = float(np.linalg.norm((position(last) - position(before)) / last.scale))
+        bend = (last.tangent - before.tangent * before.scale / last.scale) / length
+        gentle = float(np.linalg.norm(bend)) * self.step < _GENTLE
+        return bend if gentle else np.zeros_like(bend)
 
     def _last(self, last: Cycle, new: Cycle, value: float) -> tuple[str, bool]:
         """Put the last point on the end of the range."""
