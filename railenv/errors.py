@@ -19,8 +19,8 @@ class UnknownNameError(ParameterError):
 
     def __init__(self, kind: str, names: Any, allowed: Any) -> None:
         parts = []
-        for name in sorted([names] if isinstance(names, str) else names):
-            close = difflib.get_close_matches(name, allowed, n=1)
+        for name in sorted([names] if isinstance(names, str) else names, key=str):
+            close = difflib.get_close_matches(str(name), allowed, n=1)
             parts.append(repr(name) + (f" (did you mean {close[0]!r}?)" if close else ""))
         super().__init__(f"unknown {kind}: {', '.join(parts)}; allowed are {', '.join(allowed)}")
 

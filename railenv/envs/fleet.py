@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from railenv import irregularity
 from railenv.envs.episodes import Episode, draw
-from railenv.envs.settings import CANT_BASE, Settings
+from railenv.envs.settings import CANT_BASE, LOWEST_SPEED, Settings
 from railenv.equilibrium import find_equilibrium
 from railenv.errors import EquilibriumError, ParameterError
 from railenv.models import Bogie, DualWheelset
@@ -38,8 +38,12 @@ REASONS = (
 RIDE_SCALE = 0.3 * 9.81
 """m/s^2, the acceleration at which the ride term is 1/2: the limit of 49 CFR 213.333."""
 
-PARALLEL_FROM = 64
-"""Number of environments from which several threads pay."""
+PARALLEL_FROM = 512
+"""Number of environments from which several threads pay, on a machine that is not busy otherwise.
+
+Below it, waiting for a thread costs more than it saves. ``NUMBA_NUM_THREADS=1`` keeps to one thread,
+which is better beside other work on the same cores, such as a learner's.
+"""
 
 _RING_SECONDS, _RING_METRES = 2.0, 100.0
 _REDRAWS = 20
@@ -231,7 +235,8 @@ class Fleet:
         if episode.vehicle not in self._tangent_states:
             if episode.vehicle is not self.settings.vehicle:
                 self._tangent_states.clear()  # of other random vehicles
-            found = find_equilibrium(plant, speed=episode.speed).state
+            # at one speed always, so that the last bit does not depend on earlier episodes
+            found = find_equilibrium(plant, speed=LOWEST_SPEED).state
             self._tangent_states[episode.vehicle] = found
         w = np.zeros(layout.rows)
         w[layout.p : layout.dx] = list(plant.parameters.values())
@@ -443,11 +448,14 @@ def broadcast_options(options: Mapping[str, Any] | None, n: int) -> Sequence[dic
     """
     split: list[dict[str, Any]] = [{} for _ in range(n)]
     for name, value in (options or {}).items():
-        values = np.asarray(value, dtype=float)
-        if values.ndim and values.shape != (n,):
+        if np.ndim(value) == 0:
+            values = [value] * n
+        elif np.shape(value) == (n,):
+            values = list(value)
+        else:
             raise ParameterError(
-                f"option {name} has shape {values.shape}; it must be one number or ({n},)"
+                f"option {name} has shape {np.shape(value)}; it must be one number or ({n},)"
             )
-        for i, pinned in enumerate(split):
-            pinned[name] = float(values if values.ndim == 0 else values[i])
+        for pinned, one in zip(split, values, strict=True):
+            pinned[name] = one
     return split

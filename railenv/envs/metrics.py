@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,7 +19,7 @@ CFR_LIMIT = 0.3 * GRAVITY
 EN_HALF_BAND = 2.0  # Hz, to either side of the dominating frequency
 EN_DISTANCE = 100.0  # m
 
-_FEWEST = 30  # samples that a filter needs
+_FEWEST = 30  # samples for a reading to mean anything
 
 
 def amplitude_and_frequency(displacement: Array, period: float) -> tuple[float, float]:
@@ -40,21 +39,12 @@ def amplitude_and_frequency(displacement: Array, period: float) -> tuple[float, 
     return amplitude, float((len(k) - 1) / ((crossings[-1] - crossings[0]) * period))
 
 
-@cache
-def _sections(low: float, high: float, period: float) -> Array:
-    """Return a Butterworth band-pass of second order."""
-    from scipy import signal as processing
-
-    top = min(high, 0.99 * 0.5 / period)
-    return np.asarray(processing.butter(2, (low, top), "bandpass", fs=1.0 / period, output="sos"))
-
-
 def band_passed(signal: Array, band: tuple[float, float], period: float) -> Array:
-    """Return a signal through a Butterworth band-pass of second order, forwards and backwards."""
-    from scipy import signal as processing
-
-    sections = _sections(*band, period)
-    return np.asarray(processing.sosfiltfilt(sections, signal - signal.mean(), axis=0))
+    """Return a signal with only the frequencies (Hz) inside a band, its mean removed."""
+    spectrum = np.fft.rfft(signal - signal.mean(axis=0), axis=0)
+    frequency = np.fft.rfftfreq(len(signal), period)
+    spectrum[(frequency < band[0]) | (frequency > band[1])] = 0.0
+    return np.fft.irfft(spectrum, len(signal), axis=0)
 
 
 def largest_sliding_rms(signal: Array, window: int) -> float:
@@ -103,8 +93,7 @@ def _en(fleet: Fleet, i: int, guiding: Array, frequency: float, period: float) -
     if len(guiding) < _FEWEST or frequency <= 0.0:
         return 0.0
     speed = fleet.conditions(i)[0]
-    centre = round(frequency, 1)  # few different filters
-    band = (max(centre - EN_HALF_BAND, 0.3), centre + EN_HALF_BAND)
+    band = (frequency - EN_HALF_BAND, frequency + EN_HALF_BAND)
     filtered = band_passed(guiding, band, period)
     window = max(1, round(EN_DISTANCE / speed / period))
     return max(largest_sliding_rms(axle, window) for axle in filtered.T) / en_limit(fleet, i)

@@ -13,6 +13,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
+from railenv import checks
 from railenv.envs.environment import TERM_NAMES, History, action_space, observation_space
 from railenv.envs.fleet import REASONS, Fleet, broadcast_options
 from railenv.envs.metrics import episode_metrics
@@ -61,12 +62,19 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
             raise ParameterError(f"num_envs is {num_envs!r}; it must be a whole number from 1")
         if render_mode not in (None, "rgb_array"):
             raise ParameterError(f"render_mode is {render_mode!r}; it must be None or 'rgb_array'")
-        if max_episode_steps is not None and max_episode_steps < 1:
-            raise ParameterError(f"max_episode_steps is {max_episode_steps}; it must be at least 1")
+        if max_episode_steps is not None and (
+            not hasattr(max_episode_steps, "__index__") or max_episode_steps < 1
+        ):
+            raise ParameterError(
+                f"max_episode_steps is {max_episode_steps!r}; it must be a whole number from 1"
+            )
         self.settings: Settings = settings(self.plant, keywords)
         self.num_envs = int(num_envs)
         self.render_mode = render_mode
-        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        modes = {mode.value: mode for mode in AutoresetMode}
+        key = autoreset_mode.value if isinstance(autoreset_mode, AutoresetMode) else autoreset_mode
+        checks.known("autoreset_mode", [key], list(modes))
+        self.autoreset_mode = modes[key]
         self.metadata = {**type(self).metadata, "autoreset_mode": self.autoreset_mode}
         self._fleet = Fleet(self.settings, self.num_envs, loader.LANES["float64"])
         width = len(self._fleet.observation_names)
