@@ -52,6 +52,13 @@ class Batch:
         first = models[0]
         if any(model.equations is not first.equations for model in models):
             raise ParameterError("models of a batch must share their equations")
+        for model in models:
+            if tuple(model.parameters) != tuple(first.parameters):
+                raise ParameterError(
+                    "models of a batch must have the same parameters in the same order: "
+                    f"{', '.join(first.parameters)}"
+                )
+        self._model = first
         self.n = len(models)
         self._names = (first.state_names, first.input_names, ("speed", "curvature", "cant"))
         self._lanes = loader.LANES[dtype]
@@ -82,7 +89,10 @@ class Batch:
         self._rows(start, stop)[:] = blocks.transpose(0, 2, 1)
 
     def _checked(self, name: str, values: ArrayLike, labels: Sequence[str]) -> ArrayLike:
-        array = np.asarray(values, dtype=float)
+        try:
+            array = np.asarray(values, dtype=float)
+        except (TypeError, ValueError):
+            raise ParameterError(f"{name} is {values!r}, which is not an array of numbers") from None
         if array.shape not in ((len(labels),), (self.n, len(labels))):
             raise ParameterError(
                 f"{name} has shape {array.shape}; it must be ({self.n}, {len(labels)}), or "
@@ -116,8 +126,8 @@ class Batch:
     @conditions.setter
     def conditions(self, values: ArrayLike) -> None:
         array = np.asarray(self._checked("conditions", values, self._names[2]))
-        for speed in np.unique(array[..., 0]):
-            checks.speed(speed)
+        for row in np.unique(array.reshape(-1, 3), axis=0):
+            self._model.check_conditions(*row.tolist())
         self._write(self._layout.c, self._layout.p, array)
 
     def rhs(self) -> NDArray[np.floating]:
@@ -137,6 +147,8 @@ class Batch:
             Use all threads; by default from 64 systems on.
         """
         h = self._kernels.real(checks.number("step", step, low=0.0, open_low=True, unit="s"))
+        if not hasattr(steps, "__index__") or steps < 0:
+            raise ParameterError(f"steps is {steps!r}; it must be a whole number from 0")
         if parallel is None:
             parallel = self.n >= PARALLEL_FROM
         kernel = self._kernels.rk4_blocks_parallel if parallel else self._kernels.rk4_blocks

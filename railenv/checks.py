@@ -31,12 +31,12 @@ def number(
     ParameterError
         If it is not a number, not finite or out of range.
     """
-    unit = f" {unit}" if unit else ""
+    unit = f" {unit}" if unit not in ("", "1") else ""
     try:
         result = float(value)
-    except (TypeError, ValueError):
-        raise ParameterError(f"{name} is {value!r}, which is not a number") from None
-    if isinstance(value, (bool, str)):
+    except (TypeError, ValueError, OverflowError):
+        raise ParameterError(f"{name} is {value!r}, which is not a finite number") from None
+    if isinstance(value, (bool, np.bool_, str, bytes)):
         raise ParameterError(f"{name} is {value!r}, which is not a number")
     inside = low < result if open_low else low <= result
     if not (math.isfinite(result) and inside and result <= high):

@@ -31,7 +31,10 @@ HALF_BASE = 0.75
 """m, half the distance over which the cross-level angle is measured."""
 
 SPACING = 0.25
-"""m between samples of a line; the shortest wavelength is twice that."""
+"""m between samples of a line."""
+
+SHORTEST = 3.0
+"""m, the shortest wavelength synthesised: the spectra hold from about here on."""
 
 SAMPLES = 2**17
 """Samples of a line, which is 32.8 km long and then repeats."""
@@ -116,7 +119,8 @@ def synthesise(level: Level, *, seed: int, samples: int = SAMPLES, spacing: floa
     records = {}
     for kind in get_args(Kind):
         # a cosine of amplitude a carries the power a^2/2 = S dOmega
-        amplitude = np.sqrt(2.0 * spectrum(kind, wavenumber, level) * step)
+        density = spectrum(kind, wavenumber, level) * (wavenumber <= 2.0 * math.pi / SHORTEST)
+        amplitude = np.sqrt(2.0 * density * step)
         phase = generator.uniform(0.0, 2.0 * math.pi, len(wavenumber))
         half = np.zeros(samples // 2 + 1, dtype=complex)
         half[1:-1] = 0.5 * samples * amplitude * np.exp(1j * phase)

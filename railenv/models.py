@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 Equations = Callable[..., Sequence[Any]]
 Array = NDArray[np.float64]
 
-_RESERVED = {"w", "lane", "L", "real", "math", "rhs", "jacobian", "parameter_jacobian"}
+_RESERVED = {"w", "lane", "L", "real", "math", "range", "rhs", "jacobian", "parameter_jacobian"}
 """Names that the kernels use themselves."""
 
 _CONDITIONS = ("speed", "curvature", "cant")
@@ -313,7 +313,7 @@ class Evaluator:
         self._c = self._w[layout.c : layout.p]
         self._dx = self._w[layout.dx : layout.work]
         self._signals = self._w[layout.o : layout.j]
-        cells = np.array(self._kernels.CELLS).reshape(-1, 2).T
+        cells = np.array(self._kernels.CELLS, dtype=np.int64).reshape(-1, 2).T
         self._rows, self._columns = np.ascontiguousarray(cells)
         self._shape = (model.n_states, model.n_states + model.n_inputs + 3)
 

@@ -185,8 +185,8 @@ class BogieEnv(HuntingEnv):
     ## Observation Space
 
     ``Box(-10, 10, (m,), float32)``; each entry is divided by its scale and clipped. With
-    ``observation="state"``: all states of vehicle, actuators and sensors, the commands still on their
-    way, speed, cant deficiency and cant. With ``"sensors"``: accelerometer and gyro of the frame, with
+    ``observation="state"``: all states of vehicle, actuators and sensors, the latest commands,
+    speed, cant deficiency and cant. With ``"sensors"``: accelerometer and gyro of the frame, with
     noise, bias and bandwidth, then speed and cant deficiency. ``history=k`` appends the k observations
     before. ``env.unwrapped.fleet.observation_table`` lists name, unit and scale of every entry.
 

@@ -73,7 +73,7 @@ class Fleet:
         layout = self._kernels.LAYOUT
         self._layout = layout
         n_blocks = -(-n // lanes)
-        rows = self._kernels.E_FREE + 4 * self._kernels.WINDOW + slots * max(1, self.n_actuators)
+        rows = self._kernels.E_DELAY + slots * max(1, self.n_actuators)
         self._blocks = np.zeros((n_blocks, layout.j * lanes))
         self._extras = np.zeros((n_blocks, rows * lanes))
         self._plan = (before, after, slots, self.settings.observation == "state")
@@ -280,7 +280,7 @@ class Fleet:
         e[k.E_WAVENUMBER] = 2.0 * math.pi / episode.vehicle.klingel_wavelength
         spread = (model.sensors.accelerometer_bias, model.sensors.gyro_bias)
         e[k.E_BIAS : k.E_BIAS + 4] = episode.biases * np.tile(spread, 2)
-        e[k.E_REFERENCE : k.E_RATIO_SUM] = self._references(episode, nodes).ravel()
+        e[k.E_REFERENCE : k.E_SUMS] = self._references(episode, nodes).ravel()
         at_start = 1.0 if episode.plan[0] < 0.0 else 0.0
         state = model.steady_state(
             nodes[-1] if at_start else nodes[0],

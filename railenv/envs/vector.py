@@ -85,6 +85,7 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self._steps = min(self.settings.steps, max_episode_steps or self.settings.steps)
         self._generators: list[np.random.Generator | None] = [None] * self.num_envs
+        self._seeded = False
         self._ended = np.ones(self.num_envs, dtype=bool)
         self._idle = np.zeros((self.num_envs, 0))
         fps = self.metadata["render_fps"]
@@ -122,6 +123,7 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
         for i in rows:
             if seeds[i] is not None or self._generators[i] is None:
                 self._generators[i], _ = seeding.np_random(seeds[i])
+        self._seeded = all(generator is not None for generator in self._generators)
         self._reset(rows, broadcast_options(pinned, self.num_envs))
         return self._observations(), self._conditions(rows)
 
@@ -189,7 +191,7 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
                 f"environments {np.flatnonzero(waiting).tolist()} have ended; reset them first "
                 "(options={'reset_mask': mask})"
             )
-        if any(generator is None for generator in self._generators):
+        if not self._seeded:
             raise gym.error.ResetNeeded("call reset() before step()")
         commands = self._commands(actions)
         fleet.step(commands)
@@ -290,6 +292,7 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
         self._fleet.restore(state["fleet"])
         self._history.stacked[:] = state["history"]
         self._generators = copy.deepcopy(state["generators"])
+        self._seeded = all(generator is not None for generator in self._generators)
         self._ended = state["ended"].copy()
         for recorder in self._recorders:
             recorder.restart()

@@ -43,7 +43,12 @@ def _apply(name: str, x: Scalar) -> Scalar:
     import sympy
 
     if isinstance(x, sympy.Basic):
-        return getattr(sympy, name)(x)
+        from sympy.core.parameters import distribute
+
+        # SymPy looks for a sign to take out of odd and even functions, which never ends for a sum
+        # whose signs it may not distribute
+        with distribute(True):
+            return getattr(sympy, name)(x)
     raise TypeError(
         f"{name}() of {x!r}: equations take floats, complex numbers or SymPy expressions, "
         f"not {type(x).__name__}"

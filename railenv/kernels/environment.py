@@ -25,8 +25,8 @@ E_BIAS = 15  # 4 rows: sensor biases, accelerometer and gyro of each sensed body
 E_REFERENCE = 19  # REFERENCES values at each of NODES shares of the curve
 NODES = 9
 REFERENCES = 6  # y_w1, y_w2, psi_w1, psi_w2, specific forces
-E_RATIO_SUM = E_REFERENCE + NODES * REFERENCES  # 4 rows: sums of Y/Q over the window
-E_FREE = E_RATIO_SUM + 4  # then the windows of Y/Q, then the delay line
+E_SUMS = E_REFERENCE + NODES * REFERENCES  # 8 rows: sums of Y and Q of the wheels over the window
+E_WINDOWS = E_SUMS + 8  # 8 windows, then the delay line
 
 N_ACTUATORS = len([name for name in INPUTS if name.startswith("command_")])
 N_SENSED = len([name for name in STATES if name.startswith("accel_")])
@@ -43,8 +43,8 @@ X_PSI = 3  # psi_w1; a wheelset has four coordinates
 X_RATES = N_PLANT // 2
 RAMP = 20.0  # m over which irregularities fade in at the start of a run
 DERAILED_RATIO, DERAILED_WINDOW, DERAILED_OFFSET = 0.8, 2.0, 0.03  # Nadal's limit; m; m
-LARGEST_RATIO = 10.0  # of Y/Q on a wheel that hardly carries load
-WINDOW = 80  # control steps that the window of Y/Q can hold
+WINDOW = 80  # control steps that a window of Y or Q can hold
+E_DELAY = E_WINDOWS + 8 * WINDOW
 RING_SIGNALS = 5
 TERMS = 7  # reward; hunting, excursion, ride, effort; derailed; reason
 
@@ -160,18 +160,23 @@ def assess(w, e, lane, env, window, weights, terms, ring):
         moment = w[(N_PLANT + 2 * a) * L + lane] / w[P_LIMIT * L + lane]
         effort += min(moment * moment, real(1.0)) / real(N_ACTUATORS)
     # guiding forces: Nadal's ratio over 2 m, lifted wheels, sum of each axle
-    row, n = E_FREE, int(window[env])
+    n = int(window[env])
     nadal = lifted = real(0.0)
     for wheel in range(4):
         Y = w[(O_FORCES + 2 * wheel) * L + lane]
         Q = w[(O_FORCES + 2 * wheel + 1) * L + lane]
         if Q <= real(0.0):
             lifted = real(1.0)
-        ratio = min(Y / Q, real(LARGEST_RATIO)) if Q > real(0.0) and Y > real(0.0) else real(0.0)
-        slot = (row + wheel * WINDOW + k % n) * L + lane
-        e[(E_RATIO_SUM + wheel) * L + lane] += ratio - e[slot]
-        e[slot] = ratio
-        nadal = max(nadal, e[(E_RATIO_SUM + wheel) * L + lane] / real(n))
+        # the mean over 2 m of Y over that of Q: a wheel that is light for a moment does not climb
+        for part in range(2):
+            force = Q if part else Y
+            slot = (E_WINDOWS + (2 * wheel + part) * WINDOW + k % n) * L + lane
+            e[(E_SUMS + 2 * wheel + part) * L + lane] += force - e[slot]
+            e[slot] = force
+        total_Y = e[(E_SUMS + 2 * wheel) * L + lane]
+        total_Q = e[(E_SUMS + 2 * wheel + 1) * L + lane]
+        if total_Q > real(0.0):
+            nadal = max(nadal, total_Y / total_Q)
     for i in range(2):
         left = w[(O_FORCES + 4 * i) * L + lane]
         right = w[(O_FORCES + 4 * i + 2) * L + lane]
@@ -280,7 +285,7 @@ def control_step(w, e, first, count, actions, plan, real_plan, arrays):
     lines, window, weights, noise, scales, seeds, obs, terms, ring = arrays
     before, after, slots, full = plan
     h_before, h_after, spacing, bound = real_plan
-    delay_row = E_FREE + 4 * WINDOW
+    delay_row = E_DELAY
     for lane in range(L):
         slot = int(e[E_STEP * L + lane]) % slots
         for a in range(N_ACTUATORS):
@@ -323,4 +328,4 @@ def observe_one(w, e, lane, env, plan, real_plan, arrays):
     _, _, slots, full = plan
     _, _, spacing, bound = real_plan
     set_track(w, e, real(0.0), lines, spacing)
-    observe(w, e, lane, env, seeds, noise, scales, bound, full, E_FREE + 4 * WINDOW, slots, obs)
+    observe(w, e, lane, env, seeds, noise, scales, bound, full, E_DELAY, slots, obs)

@@ -230,7 +230,7 @@ class _Elimination:
                 self._add_vertex(symbol, active)
         for row, output in enumerate(graph.outputs):
             active = {output: sympy.Integer(1)} if output in self.users else {}
-            self._add_vertex(row, active)
+            self._add_vertex(("row", row), active)
 
     def _add_vertex(self, vertex: Any, partials: dict[Any, sympy.Expr]) -> None:
         self.partials[vertex] = partials
@@ -273,7 +273,7 @@ class _Elimination:
         column = {symbol: j for j, symbol in enumerate(self.variables)}
         entries = []
         for row in range(len(self.graph.outputs)):
-            for u, derivative in sorted(self.partials[row].items(), key=lambda e: column[e[0]]):
+            for u, derivative in sorted(self.partials["row", row].items(), key=lambda e: column[e[0]]):
                 if derivative != 0:
                     entries.append((row, column[u], self._name(derivative)))
         return Jacobian(tuple(self.assignments), tuple(entries))

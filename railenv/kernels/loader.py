@@ -62,14 +62,20 @@ def cache_directory() -> Path:
         with tempfile.TemporaryFile(dir=path):
             return path
     except OSError as error:
-        fallback = Path(tempfile.mkdtemp(prefix="railenv-kernels-"))
-        warnings.warn(
-            f"compiled kernels cannot be kept in {path} ({error}); compiling into {fallback} for "
-            "this process. Set RAILENV_CACHE_DIR to a directory that can be written.",
-            RuntimeWarning,
-            stacklevel=2,
-        )
-        return fallback
+        return _fallback(path, str(error))
+
+
+@cache
+def _fallback(path: Path, error: str) -> Path:
+    """Return a temporary directory for this process, with one warning."""
+    fallback = Path(tempfile.mkdtemp(prefix="railenv-kernels-"))
+    warnings.warn(
+        f"compiled kernels cannot be kept in {path} ({error}); compiling into {fallback} for "
+        "this process. Set RAILENV_CACHE_DIR to a directory that can be written.",
+        RuntimeWarning,
+        stacklevel=3,
+    )
+    return fallback
 
 
 @cache

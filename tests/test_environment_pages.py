@@ -1,0 +1,66 @@
+"""The environments' pages are what their generator makes of the code."""
+
+import doctest
+import importlib.util
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+DOCS = Path(__file__).resolve().parent.parent / "docs"
+LARGEST_PICTURE = 1.5e6  # bytes
+
+
+def generator():
+    spec = importlib.util.spec_from_file_location("make_environments", DOCS / "make_environments.py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # dataclasses look their module up there
+    spec.loader.exec_module(module)
+    return module
+
+
+make_environments = generator()
+CASES = [pytest.param(case, id=case.file) for case in make_environments.CASES]
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_page_is_generated_from_the_code(case):
+    written = (DOCS / "environments" / f"{case.file}.md").read_text(encoding="utf-8")
+    assert make_environments.page(case) == written
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_picture_is_animated_and_small(case):
+    from PIL import Image
+
+    path = DOCS / "environments" / f"{case.file}.gif"
+    assert path.stat().st_size < LARGEST_PICTURE
+    with Image.open(path) as picture:
+        assert picture.n_frames > 10
+        assert picture.size == make_environments.PICTURE
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_examples_of_the_page_run(case):
+    text = (DOCS / "environments" / f"{case.file}.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    assert blocks
+    for block in blocks:
+        test = doctest.DocTestParser().get_doctest(block, {}, case.file, None, 0)
+        assert doctest.DocTestRunner().run(test).failed == 0
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_links_of_the_page_lead_somewhere(case):
+    page = DOCS / "environments" / f"{case.file}.md"
+    text = page.read_text(encoding="utf-8")
+    anchors = {file: _anchors(DOCS / "environments" / file) for file in ("bogie.md", page.name)}
+    for file, anchor in re.findall(r"\]\(([^)#\s]*)(?:#([^)]*))?\)", text):
+        assert (page.parent / file).exists(), file
+        assert not anchor or anchor in anchors[file or page.name], anchor
+
+
+def _anchors(page):
+    headings = re.findall(r"^#+ (.+)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^a-z0-9 -]", "", heading.lower()).replace(" ", "-") for heading in headings}
