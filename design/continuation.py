@@ -30,6 +30,8 @@ _FIRST_AMPLITUDES = (0.1, 0.03, 0.3, 1.0)  # of the model's scale, tried in turn
 _FIRST_STEP = 0.05
 _SMALLEST_STEP = 1e-5
 _LARGEST_MISS = 0.3  # of the step, between the prediction along the tangent and the branch
+_FARTHEST_TURN, _CORNER = 0.7, 5e-3  # cosine of the tangent's turn in a step; shorter steps may
+_STRAIGHT = 0.95  # turn at a branch point
 _GENTLE = 0.5  # turn of the tangent in a step (rad) up to which the prediction follows the curvature
 _GROWTH, _FEW_STEPS = 1.5, 4  # of the step, after a corrector of so few Newton steps
 _STANDING, _LOOKED_BACK = 2e-3, 12  # change of the parameter (units) over so many points ...
@@ -167,11 +169,12 @@ class CycleContinuation:
         self._problem.set_reference(last.states, last.value)
         bend = self._bend()
         while True:
-            guess = z + (self.step * last.tangent + 0.5 * self.step**2 * bend) * last.scale
+            straight = z + self.step * last.tangent * last.scale
+            guess = straight + 0.5 * self.step**2 * bend * last.scale
             try:
                 found = self._problem.solve(guess, last.tangent, last.scale)
-                miss = float(np.linalg.norm((found.z - guess) / last.scale))
-                if miss > _LARGEST_MISS * self.step:
+                miss = float(np.linalg.norm((found.z - straight) / last.scale))
+                if miss > _LARGEST_MISS * self.step or self._jumped(last, found):
                     raise NoCycle
                 break
             except NoCycle:
@@ -187,6 +190,17 @@ class CycleContinuation:
         self._look_between(last, new)
         self.cycles.append(new)
         return self._end(new)
+
+    def _jumped(self, last: Cycle, found: Solution) -> bool:
+        """Whether a step seems to have crossed to another part of the branch, past a sharp fold.
+
+        The tangent then turns far; where it points back, the orientation changes as well, which no fold
+        and no corner does.
+        """
+        tangent = found.tangent * found.scale / last.scale
+        turn = float(tangent @ last.tangent / np.linalg.norm(tangent))
+        reverses = found.orientation * last.orientation < 0 and turn < _STRAIGHT
+        return reverses or (turn < _FARTHEST_TURN and self.step > _CORNER)
 
     def _bend(self) -> Array:
         """Return the curvature of the branch at the last point, zero where it has a kink there."""

@@ -13,13 +13,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dgesv
+from scipy.linalg.lapack import dgesv, dgetrs
 
 from railenv import checks
 from railenv.errors import ParameterError
 from railenv.models import Model
 
 Array = NDArray[np.float64]
+Factors = tuple[Array, NDArray[np.int32]]  # triangular factors and pivots, as LAPACK returns them
 
 CONDITIONS = ("speed", "curvature", "cant")
 
@@ -32,6 +33,8 @@ STEP_PER_MODE = 1.0
 _NEWTON_TOLERANCE = 1e-7  # last correction, in units of ``scale``; what is left is its square
 _NEWTON_STEPS = 10
 _FARTHEST_CORRECTION = 30.0
+_CHORD, _CHORD_STEPS = 0.05, 5  # correction from which on the derivatives are kept, and how often
+_CHORD_TOLERANCE, _CONTRACTION = 1e-9, 0.3
 _SPEED_UNIT = 0.1  # of the speed: one unit of arclength
 _PERIOD_UNIT = 0.5  # of the period
 _STILL = 1e-7  # amplitude, in units of the model's scale, below which a part does not oscillate
@@ -199,6 +202,12 @@ class Shooting:
             )
         return Shot(states, derivatives)
 
+    def end(self, x: Array, period: float, value: float) -> Array:
+        """Return the state after one period, without derivatives: a twentieth of the time."""
+        self._set(x, value)
+        self._kernels.rk4_hold(self._w, period / self.steps, self.steps)
+        return self._w[: self.n].copy()
+
     def parts(self, states: Array) -> tuple[NDArray[np.intp], ...]:
         """Return the uncoupled parts of the model (their states) that oscillate in a motion.
 
@@ -295,20 +304,44 @@ class PeriodicProblem:
                 raise NoCycle
             shot = self.shooting.shoot(z[:n], float(z[n]), float(z[n + 1]))
             matrix = self._bordered(shot, scale, normal)
-            right[:n, 0] = (shot.states[-1] - z[:n]) / scale[:n]
-            right[n:-1, 0] = self._phases(scale) @ ((z[:n] - self._start) / scale[:n])
-            right[-1, 0] = normal @ ((z - guess) / scale)
+            right[:, 0] = self._residual(shot.states[-1], z, guess, normal, scale)
             if not (np.isfinite(matrix).all() and np.isfinite(right).all()):
                 raise NoCycle
-            solution, orientation = _solved(matrix, right)
+            solution, factors = _solved(matrix, right)
             change = solution[:, 0]
             size = float(np.abs(change).max())
             if not size < _FARTHEST_CORRECTION:
                 raise NoCycle
             z = z - change * scale
             if size < _NEWTON_TOLERANCE:
-                return self._solution(z, solution[:, 1], scale, shot, (steps, orientation))
+                return self._solution(z, solution[:, 1], scale, shot, (steps, _orientation(factors)))
+            if size < _CHORD and factors is not None:
+                z = self._refined(z, factors, (guess, normal, scale))
         raise NoCycle
+
+    def _refined(self, z: Array, factors: Factors, plane: tuple[Array, Array, Array]) -> Array:
+        """Correct further with the derivatives at hand: steps that need no new ones cost little."""
+        last = math.inf
+        for _ in range(_CHORD_STEPS):
+            end = self.shooting.end(z[: self.n], float(z[self.n]), float(z[self.n + 1]))
+            right = self._residual(end, z, *plane)
+            if not np.isfinite(right).all():
+                return z
+            change, _ = dgetrs(*factors, right)
+            size = float(np.abs(change).max())
+            if not size < _CONTRACTION * last:
+                return z
+            z, last = z - change * plane[2], size
+            if size < _CHORD_TOLERANCE:
+                return z
+        return z
+
+    def _residual(self, end: Array, z: Array, guess: Array, normal: Array, scale: Array) -> Array:
+        """Return by how much closure, phase and arclength are missed, in units of ``scale``."""
+        n = self.n
+        closure = (end - z[:n]) / scale[:n]
+        phases = self._phases(scale) @ ((z[:n] - self._start) / scale[:n])
+        return np.concatenate([closure, phases, [normal @ ((z - guess) / scale)]])
 
     def _phases(self, scale: Array) -> Array:
         """Return the normals of the phase conditions, one for each oscillating part."""
@@ -340,16 +373,24 @@ class PeriodicProblem:
         return Solution(z, tangent, here, shot.states, shot.derivatives[:, : self.n].copy(), *found)
 
 
-def _solved(matrix: Array, right: Array) -> tuple[Array, int]:
+def _solved(matrix: Array, right: Array) -> tuple[Array, Factors | None]:
     """Solve a square system, or one with more (consistent) phase conditions by least squares.
 
-    Returns the solution and the sign of the determinant (0 for least squares).
+    Returns the solution and the factors of the matrix (None for least squares).
     """
     if matrix.shape[0] > matrix.shape[1]:
-        return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0]), 0
+        return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0]), None
     factors, pivots, solution, singular = dgesv(matrix, right)
     if singular:
         raise NoCycle
+    return np.asarray(solution), (factors, pivots)
+
+
+def _orientation(factors: Factors | None) -> int:
+    """Return the sign of the determinant from the factors of a matrix, 0 without them."""
+    if factors is None:
+        return 0
+    triangle, pivots = factors
     swaps = np.count_nonzero(pivots != np.arange(len(pivots)))
-    negative = np.count_nonzero(np.diag(factors) < 0.0)
-    return np.asarray(solution), -1 if (swaps + negative) % 2 else 1
+    negative = np.count_nonzero(np.diag(triangle) < 0.0)
+    return -1 if (swaps + negative) % 2 else 1

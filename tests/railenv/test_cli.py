@@ -179,3 +179,29 @@ def test_import_is_light():
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.strip() == "[]"
+
+
+def test_bifurcation_reports_fold_and_hopf_point_and_draws_them(tmp_path):
+    drawing = tmp_path / "branch.png"
+    options = ["--model", "cooperrider", "--highest", "72", "--simulated", "3", "--plot", str(drawing)]
+    result = CliRunner().invoke(cli.app, ["bifurcation", *options])
+    assert result.exit_code == 0, result.output
+    assert "hunting from 68.6440 m/s" in result.output
+    assert "fold at 66.655" in result.output
+    assert "simulated amplitude" in result.output
+    assert drawing.stat().st_size > 1000
+
+
+def test_bifurcation_maps_a_second_parameter_as_json():
+    options = ["--model", "cooperrider", "--map", "conicity=0.05:0.06:2", "--json"]
+    result = CliRunner().invoke(cli.app, ["bifurcation", *options])
+    assert result.exit_code == 0, result.output
+    found = json.loads(result.output)
+    assert found["value"] == [0.05, 0.06]
+    assert found["fold_speed"][0] == pytest.approx(66.655, abs=0.01)
+    assert found["fold_speed"][1] < found["fold_speed"][0]
+
+
+def test_a_malformed_map_is_an_error():
+    result = CliRunner().invoke(cli.app, ["bifurcation", "--map", "conicity=1"])
+    assert "name=low:high:count" in str(result.exception)
