@@ -56,3 +56,18 @@ __all__ = [
     "find_equilibrium",
     "simulate",
 ]
+
+
+def _register() -> None:
+    """Register the environments with Gymnasium; they load on first use."""
+    from gymnasium.envs.registration import register
+
+    for name in ("Bogie", "DualWheelset"):
+        register(
+            f"railenv/{name}-v0",
+            entry_point=f"railenv.envs.environment:{name}Env",
+            vector_entry_point=f"railenv.envs.vector:{name}VectorEnv",
+        )
+
+
+_register()

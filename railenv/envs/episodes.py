@@ -123,62 +123,58 @@ def _between(limits: tuple[float, float], u: float) -> float:
 def _running(
     settings: Settings, u: NDArray[np.float64], pinned: Mapping[str, Any]
 ) -> tuple[float, float, float]:
-    """Return speed, curvature and cant with cant deficiency within its limit."""
+    """Return speed, curvature and cant with cant deficiency V^2 k / g - cant within its limit.
+
+    What is free is drawn from the part of its range that what is pinned leaves possible.
+    """
     gravity = settings.vehicle.gravity
     slack = settings.max_cant_deficiency / CANT_BASE
     hand = 1.0 if u[0] < 0.5 else -1.0
     tangent = bool(u[1] < settings.tangent_share)
-    cant = hand * _between(settings.cant_range, u[2]) * (not tangent)
-    if "radius" in pinned:
-        curvature = checks.curvature(pinned["radius"])
-        hand = math.copysign(1.0, curvature)
-        cant = hand * _between(settings.cant_range, u[2]) * (curvature != 0.0)
-    if "cant" in pinned:
-        cant = checks.cant(pinned["cant"])
-        hand, tangent = (math.copysign(1.0, cant), False) if cant else (hand, tangent)
-    speed = _between(settings.speed_range, u[3])
+    curvature = checks.curvature(pinned["radius"]) if "radius" in pinned else None
+    cant = checks.cant(pinned["cant"]) if "cant" in pinned else None
+    speeds = settings.speed_range
     if "speed" in pinned:
         speed = checks.number("speed", pinned["speed"], low=LOWEST_SPEED, unit="m/s")
-    elif "radius" in pinned and curvature:
-        speed = _speed_on(settings, curvature, cant, slack, u[3])
-    if "radius" not in pinned:
-        lowest = max(0.0, (abs(cant) - slack) * gravity / speed**2)
-        highest = min((abs(cant) + slack) * gravity / speed**2, 1.0 / settings.min_radius)
-        if tangent and "cant" not in pinned:
-            curvature = 0.0
-        elif lowest > highest:
-            raise ParameterError(
-                f"no curve of at least {settings.min_radius:g} m keeps cant deficiency within "
-                f"{1e3 * settings.max_cant_deficiency:g} mm at {speed:g} m/s with cant {cant:g} rad"
-            )
-        else:
-            curvature = hand * _between((lowest, highest), u[4])
-    deficiency = speed**2 * curvature / gravity - cant
-    if abs(deficiency) > slack * (1.0 + 1e-9):
-        raise ParameterError(
-            f"cant deficiency is {1e3 * CANT_BASE * deficiency:.0f} mm at {speed:g} m/s on a curve of "
-            f"{1.0 / curvature if curvature else math.inf:g} m with cant {cant:g} rad; it must be "
-            f"within "
-            f"{1e3 * settings.max_cant_deficiency:g} mm either way (max_cant_deficiency)"
-        )
-    return speed, curvature, cant
-
-
-def _speed_on(settings: Settings, curvature: float, cant: float, slack: float, u: float) -> float:
-    """Return a speed of the range that suits a pinned curve."""
-    hand = math.copysign(1.0, curvature)
-    gravity = settings.vehicle.gravity
-    steepest = (hand * cant + slack) * gravity / abs(curvature)
-    gentlest = max(0.0, (hand * cant - slack) * gravity / abs(curvature))
-    low = max(settings.speed_range[0], math.sqrt(gentlest))
-    high = min(settings.speed_range[1], math.sqrt(max(steepest, 0.0)))
+        speeds = (speed, speed)
+    if curvature is not None:
+        tangent, hand = curvature == 0.0, math.copysign(1.0, curvature)
+    elif cant:
+        tangent, hand = False, math.copysign(1.0, cant)
+    if tangent:
+        if abs(cant or 0.0) > slack:
+            raise _impossible(settings, pinned)
+        return _between(speeds, u[3]), 0.0, cant or 0.0
+    # along the curve's own hand: curvature k in [gentle, tight], cant c, both of one sign by rule
+    gentle, tight = (0.0, 1.0 / settings.min_radius) if curvature is None else (abs(curvature),) * 2
+    cants = settings.cant_range if cant is None else (hand * cant,) * 2
+    low = max(cants[0], speeds[0] ** 2 * gentle / gravity - slack)
+    high = min(cants[1], speeds[1] ** 2 * tight / gravity + slack)
     if low > high:
-        raise ParameterError(
-            f"radius is pinned at {1.0 / curvature:g} m, cant is {cant:g} rad: no speed of "
-            f"speed_range {settings.speed_range} keeps cant deficiency within "
-            f"{1e3 * settings.max_cant_deficiency:g} mm there"
-        )
-    return _between((low, high), u)
+        raise _impossible(settings, pinned)
+    c = _between((low, high), u[2])
+    slow = max(speeds[0], math.sqrt(max(0.0, c - slack) * gravity / tight))
+    fast = speeds[1]
+    if gentle > 0.0:
+        fast = min(fast, math.sqrt(max(0.0, c + slack) * gravity / gentle))
+    if slow > fast * (1.0 + 1e-12):
+        raise _impossible(settings, pinned)
+    speed = _between((slow, max(slow, fast)), u[3])
+    sharpest = min(tight, (c + slack) * gravity / speed**2)
+    widest = min(max(gentle, (c - slack) * gravity / speed**2), sharpest)
+    k = _between((widest, sharpest), u[4]) if curvature is None else gentle
+    return speed, hand * k, hand * c if cant is None else cant
+
+
+def _impossible(settings: Settings, pinned: Mapping[str, Any]) -> ParameterError:
+    """Say that no running condition suits what is pinned and the ranges of the rest."""
+    held = {n: pinned[n] for n in ("speed", "radius", "cant") if n in pinned}
+    return ParameterError(
+        f"cant deficiency cannot be kept within {1e3 * settings.max_cant_deficiency:g} mm either way "
+        f"(max_cant_deficiency) with {held or 'any drawn condition'}, speed_range "
+        f"{settings.speed_range} m/s, cant_range {settings.cant_range} rad and curves of at least "
+        f"{settings.min_radius:g} m"
+    )
 
 
 def _vehicle(

@@ -73,10 +73,11 @@ class Fleet:
         layout = self._kernels.LAYOUT
         self._layout = layout
         n_blocks = -(-n // lanes)
-        rows = self._kernels.E_DELAY + slots * max(1, self.n_actuators)
+        longest = math.ceil(2.0 / (LOWEST_SPEED * T))  # control steps in 2 m at the lowest speed
+        rows = self._kernels.E_WINDOWS + 8 * longest + slots * max(1, self.n_actuators)
         self._blocks = np.zeros((n_blocks, layout.j * lanes))
         self._extras = np.zeros((n_blocks, rows * lanes))
-        self._plan = (before, after, slots, self.settings.observation == "state")
+        self._plan = (before, after, slots, self.settings.observation == "state", longest)
         fraction = math.fmod(self.model.actuator.delay, T) if before else 0.0
         self._real_plan = (
             fraction / before if before else 0.0,
@@ -203,7 +204,11 @@ class Fleet:
     # ------------------------------------------------------------------ resets and steps
 
     def reset(self, i: int, rng: np.random.Generator, pinned: Mapping[str, Any]) -> None:
-        """Start a new episode in one environment and write its observation.
+        """Start a new episode in one environment and write its observation (see :meth:`draw`)."""
+        self.place(i, *self.draw(rng, pinned))
+
+    def draw(self, rng: np.random.Generator, pinned: Mapping[str, Any]) -> tuple[Episode, Array]:
+        """Draw an episode and find its equilibria; changes nothing but the generator.
 
         Raises
         ------
@@ -215,17 +220,14 @@ class Fleet:
         for _ in range(_REDRAWS):
             episode = draw(self.settings, rng, pinned)
             try:
-                nodes = self._equilibria(episode)
-                break
+                return episode, self._equilibria(episode)
             except EquilibriumError:
                 if {"speed", "radius"} <= set(pinned):
                     raise
-        else:
-            raise EquilibriumError(
-                f"none of {_REDRAWS} conditions drawn has a running equilibrium; narrow the ranges",
-                math.inf,
-            )
-        self._place(i, episode, nodes)
+        raise EquilibriumError(
+            f"none of {_REDRAWS} conditions drawn has a running equilibrium; narrow the ranges",
+            math.inf,
+        )
 
     def _equilibria(self, episode: Episode) -> Array:
         """Equilibria of the plant at equal shares of the episode's curve, shape (NODES, n)."""
@@ -265,7 +267,8 @@ class Fleet:
         rows, columns = np.array(self.model.plant.kernels().CELLS).T
         return np.ascontiguousarray(rows), np.ascontiguousarray(columns)
 
-    def _place(self, i: int, episode: Episode, nodes: Array) -> None:
+    def place(self, i: int, episode: Episode, nodes: Array) -> None:
+        """Start an episode in one environment and write its observation."""
         model, k, layout = self.model, self._kernels, self._layout
         w, e = self._view(self._blocks, i), self._view(self._extras, i)
         plant = self._plant_of(episode)
@@ -280,7 +283,7 @@ class Fleet:
         e[k.E_WAVENUMBER] = 2.0 * math.pi / episode.vehicle.klingel_wavelength
         spread = (model.sensors.accelerometer_bias, model.sensors.gyro_bias)
         e[k.E_BIAS : k.E_BIAS + 4] = episode.biases * np.tile(spread, 2)
-        e[k.E_REFERENCE : k.E_SUMS] = self._references(episode, nodes).ravel()
+        e[k.E_REFERENCE : k.E_LIFTED] = self._references(episode, nodes).ravel()
         at_start = 1.0 if episode.plan[0] < 0.0 else 0.0
         state = model.steady_state(
             nodes[-1] if at_start else nodes[0],

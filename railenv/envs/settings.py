@@ -126,6 +126,10 @@ class Settings:
     critical_speed: float | None = None
 
     def __post_init__(self) -> None:
+        for name in ("actuator", "observation", "track", "irregularity"):
+            value = getattr(self, name)
+            if not isinstance(value, str) and not (name == "irregularity" and value is None):
+                raise ParameterError(f"{name} is {value!r}; it must be a name")
         for name, choices in (
             ("actuator", PLACES),
             ("observation", get_args(Observation)),
@@ -137,9 +141,18 @@ class Settings:
         self._range("speed_range", low=LOWEST_SPEED, unit="m/s")
         self._range("cant_range", low=0.0, high=checks.CANT_LIMIT, unit="rad")
         self._range("irregularity_factor", low=0.0)
+        if not isinstance(self.randomize, Mapping):
+            raise ParameterError(f"randomize is {self.randomize!r}; it must map names to ranges")
         checks.known("name in randomize", self.randomize, RANDOMIZABLE)
         for name in self.randomize:
-            _checked_range(f"randomize[{name!r}]", self.randomize[name], low=0.0)
+            ends = _checked_range(f"randomize[{name!r}]", self.randomize[name], low=0.0)
+            for end in ends:  # raises where a vehicle could not have it
+                if name == "creep_factor":
+                    checks.number("creep_factor", end, low=0.0, open_low=True)
+                else:
+                    self.vehicle.replace(**{name: end})
+        if self.critical_speed is not None:
+            checks.speed(self.critical_speed, "critical_speed")
         for name, unit in (
             ("max_cant_deficiency", "m"),
             ("min_radius", "m"),
@@ -150,7 +163,11 @@ class Settings:
             checks.number(name, getattr(self, name), low=0.0, open_low=True, unit=unit)
         checks.number("tangent_share", self.tangent_share, low=0.0, high=1.0)
         checks.number("initial_offset", self.initial_offset, low=0.0, high=0.02, unit="m")
-        if not hasattr(self.history, "__index__") or self.history < 0:
+        if (
+            not hasattr(self.history, "__index__")
+            or type(self.history).__name__ == "bool"
+            or self.history < 0
+        ):
             raise ParameterError(f"history is {self.history!r}; it must be a whole number from 0")
         if self.steps < 1:
             raise ParameterError(

@@ -150,10 +150,13 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
         return seed
 
     def _reset(self, rows: Any, pinned: Sequence[dict[str, Any]]) -> None:
+        drawn = []
         for i in rows:
             generator = self._generators[i]
             assert generator is not None
-            self._fleet.reset(int(i), generator, pinned[i])
+            drawn.append(self._fleet.draw(generator, pinned[i]))
+        for i, (episode, nodes) in zip(rows, drawn, strict=True):  # only when all of them can be
+            self._fleet.place(int(i), episode, nodes)
             self._history.reset(i, self._fleet.observations[i])
             if self._recorders:
                 self._recorders[i].restart()

@@ -17,7 +17,6 @@ E_PLAN = 4  # 4 rows: start and end of the clothoid in, start and end of the clo
 E_OFFSET = 8  # where on the line of irregularities the run starts, m
 E_LEVEL = 9  # factor of the irregularities, 0 for none
 E_WAVENUMBER = 10  # of kinematic hunting, rad/m
-E_LIFTED = 11  # m run with a wheel off the rail
 E_FORCE2 = 12  # sum over steps of the squared specific force about the steady one
 E_PEAK = 13  # its largest magnitude
 E_EFFORT2 = 14  # sum over steps of the mean squared share of the limit
@@ -25,8 +24,9 @@ E_BIAS = 15  # 4 rows: sensor biases, accelerometer and gyro of each sensed body
 E_REFERENCE = 19  # REFERENCES values at each of NODES shares of the curve
 NODES = 9
 REFERENCES = 6  # y_w1, y_w2, psi_w1, psi_w2, specific forces
-E_SUMS = E_REFERENCE + NODES * REFERENCES  # 8 rows: sums of Y and Q of the wheels over the window
-E_WINDOWS = E_SUMS + 8  # 8 windows, then the delay line
+E_LIFTED = E_REFERENCE + NODES * REFERENCES  # 4 rows: m run with each wheel off the rail
+E_SUMS = E_LIFTED + 4  # 8 rows: sums of Y and Q of the wheels over the window
+E_WINDOWS = E_SUMS + 8  # 8 windows of as many rows as the longest needs, then the delay line
 
 N_ACTUATORS = len([name for name in INPUTS if name.startswith("command_")])
 N_SENSED = len([name for name in STATES if name.startswith("accel_")])
@@ -43,8 +43,6 @@ X_PSI = 3  # psi_w1; a wheelset has four coordinates
 X_RATES = N_PLANT // 2
 RAMP = 20.0  # m over which irregularities fade in at the start of a run
 DERAILED_RATIO, DERAILED_WINDOW, DERAILED_OFFSET = 0.8, 2.0, 0.03  # Nadal's limit; m; m
-WINDOW = 80  # control steps that a window of Y or Q can hold
-E_DELAY = E_WINDOWS + 8 * WINDOW
 RING_SIGNALS = 5
 TERMS = 7  # reward; hunting, excursion, ride, effort; derailed; reason
 
@@ -130,7 +128,7 @@ def _bounded(x):
 
 
 @jit
-def assess(w, e, lane, env, window, weights, terms, ring):
+def assess(w, e, lane, env, longest, window, weights, terms, ring):
     """Reward, derailment and running totals of one environment after a control step."""
     share = _curve_share(w, e, lane)
     delta = w[P_CLEARANCE * L + lane]
@@ -162,15 +160,17 @@ def assess(w, e, lane, env, window, weights, terms, ring):
     # guiding forces: Nadal's ratio over 2 m, lifted wheels, sum of each axle
     n = int(window[env])
     nadal = lifted = real(0.0)
+    travelled = speed * weights[5]
     for wheel in range(4):
         Y = w[(O_FORCES + 2 * wheel) * L + lane]
         Q = w[(O_FORCES + 2 * wheel + 1) * L + lane]
-        if Q <= real(0.0):
-            lifted = real(1.0)
+        row = (E_LIFTED + wheel) * L + lane
+        e[row] = e[row] + travelled if Q <= real(0.0) else real(0.0)
+        lifted = max(lifted, e[row])
         # the mean over 2 m of Y over that of Q: a wheel that is light for a moment does not climb
         for part in range(2):
             force = Q if part else Y
-            slot = (E_WINDOWS + (2 * wheel + part) * WINDOW + k % n) * L + lane
+            slot = (E_WINDOWS + (2 * wheel + part) * longest + k % n) * L + lane
             e[(E_SUMS + 2 * wheel + part) * L + lane] += force - e[slot]
             e[slot] = force
         total_Y = e[(E_SUMS + 2 * wheel) * L + lane]
@@ -181,15 +181,13 @@ def assess(w, e, lane, env, window, weights, terms, ring):
         left = w[(O_FORCES + 4 * i) * L + lane]
         right = w[(O_FORCES + 4 * i + 2) * L + lane]
         ring[env, k % ring.shape[1], 2 + i] = left - right
-    travelled = speed * weights[5]
-    e[E_LIFTED * L + lane] = (e[E_LIFTED * L + lane] + travelled) * lifted
     e[E_FORCE2 * L + lane] += ride * ride
     e[E_PEAK * L + lane] = max(e[E_PEAK * L + lane], ride)
     e[E_EFFORT2 * L + lane] += effort
     reason = 0
     if not largest <= real(DERAILED_OFFSET):
         reason = 3
-    elif e[E_LIFTED * L + lane] >= real(DERAILED_WINDOW):
+    elif lifted >= real(DERAILED_WINDOW):
         reason = 2
     elif k >= n - 1 and nadal > real(DERAILED_RATIO):
         reason = 1
@@ -279,13 +277,14 @@ def observe(w, e, lane, env, seeds, noise, scales, bound, full, delay_row, slots
 def control_step(w, e, first, count, actions, plan, real_plan, arrays):
     """Advance the environments of one block by one control period.
 
-    plan: (steps before, steps after the command changes, slots of the delay line, full observation);
+    plan: (steps before, steps after the command changes, slots of the delay line, full observation,
+    longest window of Y and Q);
     real_plan: (step before, step after, spacing of the line, bound of observations).
     """
     lines, window, weights, noise, scales, seeds, obs, terms, ring = arrays
-    before, after, slots, full = plan
+    before, after, slots, full, longest = plan
     h_before, h_after, spacing, bound = real_plan
-    delay_row = E_DELAY
+    delay_row = E_WINDOWS + 8 * longest
     for lane in range(L):
         slot = int(e[E_STEP * L + lane]) % slots
         for a in range(N_ACTUATORS):
@@ -300,7 +299,7 @@ def control_step(w, e, first, count, actions, plan, real_plan, arrays):
     set_track(w, e, real(0.0), lines, spacing)
     signals(w)
     for lane in range(count):
-        assess(w, e, lane, first + lane, window, weights, terms, ring)
+        assess(w, e, lane, first + lane, longest, window, weights, terms, ring)
         e[E_STEP * L + lane] += real(1.0)
         observe(w, e, lane, first + lane, seeds, noise, scales, bound, full, delay_row, slots, obs)
 
@@ -325,7 +324,7 @@ def control_steps_parallel(blocks, extras, actions, plan, real_plan, arrays):
 def observe_one(w, e, lane, env, plan, real_plan, arrays):
     """Place one environment on its track and write its observation, at a reset."""
     lines, _, _, noise, scales, seeds, obs, _, _ = arrays
-    _, _, slots, full = plan
+    _, _, slots, full, longest = plan
     _, _, spacing, bound = real_plan
     set_track(w, e, real(0.0), lines, spacing)
-    observe(w, e, lane, env, seeds, noise, scales, bound, full, E_DELAY, slots, obs)
+    observe(w, e, lane, env, seeds, noise, scales, bound, full, E_WINDOWS + 8 * longest, slots, obs)

@@ -22,7 +22,6 @@ def keywords_of(rng, name, place):
     """Random keywords, each left out now and then."""
     period = float(rng.choice([0.002, 0.005, 0.01, 0.02]))
     fastest, slowest = (200.0, max(20.0, 0.03 / period)) if name == BOGIE else (80.0, 15.0)
-    slowest = max(slowest, 2.0 / (80 * period))
     actuator = railenv.Actuator.secondary() if place == "secondary" else railenv.Actuator.primary()
     base = railenv.Sensors.standard()
     drawn = {
