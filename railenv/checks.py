@@ -34,8 +34,10 @@ def number(
     unit = f" {unit}" if unit not in ("", "1") else ""
     try:
         result = float(value)
-    except (TypeError, ValueError, OverflowError):
-        raise ParameterError(f"{name} is {value!r}, which is not a finite number") from None
+    except (TypeError, ValueError):
+        raise ParameterError(f"{name} is {value!r}, which is not a number") from None
+    except OverflowError:
+        raise ParameterError(f"{name} is too large for a number; it must be finite") from None
     if isinstance(value, (bool, np.bool_, str, bytes)):
         raise ParameterError(f"{name} is {value!r}, which is not a number")
     inside = low < result if open_low else low <= result

@@ -217,9 +217,9 @@ class BogieEnv(HuntingEnv):
     ## Episode End
 
     Terminated on derailment only, with the reason in ``info["derailed"]``: Nadal's ratio above 0.8 (the
-    mean over 2 m of a wheel's guiding force Y over that of its load Q), a wheel without load for 2 m, or a
-    wheelset more than 30 mm off the track's
-    centre. Truncated after ``duration``. The last ``info`` carries ``episode_metrics``.
+    mean over 2 m of a wheel's guiding force Y over that of its load Q), a wheel without load for 2 m,
+    or a wheelset more than 30 mm off the track's centre. Truncated after ``duration``. The last
+    ``info`` carries ``episode_metrics``.
 
     ## Arguments
 

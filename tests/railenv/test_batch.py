@@ -251,3 +251,23 @@ def test_values_of_the_wrong_shape_or_size_are_refused_and_change_nothing(what, 
 def test_impossible_steps_are_refused(step):
     with pytest.raises(ParameterError, match=r"^step is "):
         Batch([SIMPLE]).integrate(step=step, steps=1)
+
+
+def _scaled_decay(x, u, speed, curvature, cant, p):
+    return [p.a * x[0] - 10.0 * p.b]
+
+
+def test_models_whose_parameters_stand_in_another_order_are_refused():
+    models = [
+        railenv.Model("m", ["x"], [], _scaled_decay, parameters)
+        for parameters in ({"a": 1.0, "b": 2.0}, {"b": 2.0, "a": 1.0})
+    ]
+    with pytest.raises(railenv.ParameterError, match="same parameters in the same order"):
+        Batch(models)
+
+
+@pytest.mark.parametrize("conditions", [[50.0, np.nan, 0.0], [50.0, 0.0, 3.0], ["a", 0.0, 0.0]])
+def test_impossible_conditions_of_a_batch_are_refused(conditions):
+    batch = Batch([railenv.Bogie(railenv.TABLE_1)])
+    with pytest.raises(railenv.ParameterError):
+        batch.conditions = conditions

@@ -454,3 +454,25 @@ def test_control_system_of_an_own_model():
 def test_control_system_refuses_impossible_conditions(bogie, where, message):
     with pytest.raises(ParameterError, match=message):
         bogie.to_nlsys(**where)
+
+
+def _odd_functions_of_sums(x, u, speed, curvature, cant, p):
+    from railenv.equations.functions import atan, cos, sin, tanh
+
+    a, b = x
+    return [sin(-a - b) + cos(-a - 0.5), tanh(-2.0 * a - b) + atan(-a - b)]
+
+
+def test_odd_and_even_functions_of_negated_sums_can_be_compiled():
+    model = railenv.Model("odd", ["a", "b"], [], _odd_functions_of_sums, {})
+    x = [0.3, 0.4]
+    np.testing.assert_allclose(model.rhs(x, speed=1.0), model.plain_rhs(x, [], 1.0), rtol=1e-14)
+
+
+def test_constant_derivatives_have_a_zero_row_in_the_jacobian():
+    model = railenv.Model("drift", ["x", "v"], [], lambda x, u, s, k, c, p: [x[1], 0.0], {})
+    A, B = model.jacobian([1.0, 2.0], speed=1.0)
+    np.testing.assert_array_equal(A, [[0.0, 1.0], [0.0, 0.0]])
+    assert B.shape == (2, 0)
+    constant = railenv.Model("constant", ["x"], [], lambda x, u, s, k, c, p: [1.0], {})
+    assert constant.jacobian([0.0], speed=1.0)[0] == 0.0
