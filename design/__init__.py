@@ -12,12 +12,12 @@ from design.cycles import Cycle, CycleBranch, CycleError, SpecialPoint, cycle_br
 from design.diagram import SimulatedDiagram, simulated_diagram
 from design.equilibrium import equilibrium
 from design.hopf import HopfPoint, hopf_point
+from design.hunting_map import HuntingMap, hunting_map
 from design.linearization import linearize
 from design.locus import SpeedLocus, speed_locus
 from design.polach import DisturbanceTest, SpeedRamp, disturbance_test, speed_ramp
 from design.simulated_cycle import simulated_cycle
 from design.spectrum import Spectrum, spectrum
-from design.stability_map import StabilityMap, stability_map
 from design.sweep import CurveSweep, curve_sweep
 
 __all__ = [
@@ -28,18 +28,19 @@ __all__ = [
     "CycleError",
     "DisturbanceTest",
     "HopfPoint",
+    "HuntingMap",
     "SimulatedDiagram",
     "SpecialPoint",
     "Spectrum",
     "SpeedLocus",
     "SpeedRamp",
-    "StabilityMap",
     "critical_speed",
     "curve_sweep",
     "cycle_branch",
     "disturbance_test",
     "equilibrium",
     "hopf_point",
+    "hunting_map",
     "linearize",
     "phase_portrait",
     "simulated_cycle",
@@ -47,5 +48,4 @@ __all__ = [
     "spectrum",
     "speed_locus",
     "speed_ramp",
-    "stability_map",
 ]

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
     from design.cycles import Cycle, CycleBranch
     from design.diagram import SimulatedDiagram
+    from design.hunting_map import HuntingMap
     from design.polach import SpeedRamp
     from design.spectrum import Spectrum
-    from design.stability_map import StabilityMap
 
 Array = NDArray[np.float64]
 
@@ -287,7 +287,7 @@ def plot_spectrum(spectrum: Spectrum, ax: Axes | None = None) -> control.Control
         return _drawn(ax)
 
 
-def plot_map(chart: StabilityMap, ax: Axes | None = None) -> control.ControlPlot:
+def plot_map(chart: HuntingMap, ax: Axes | None = None) -> control.ControlPlot:
     """Draw where a vehicle never hunts, may hunt and must hunt."""
     with style():
         ax = _axes(ax, (6.8, 4.6))

@@ -343,7 +343,7 @@ def bifurcation(
     built = _model(model, vehicle, changes)
     show = not as_json and err.is_terminal
     if chart is not None:
-        found = command.stability_map(built, chart, radius, cant, show)
+        found = command.hunting_map(built, chart, radius, cant, show)
     else:
         found = command.branch(built, radius, cant, (lowest, highest), points, state, simulated, show)
     if as_json:

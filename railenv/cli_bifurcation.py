@@ -72,12 +72,12 @@ def branch(
     return Found(summary, shown, draw)
 
 
-def stability_map(model: Model, text: str, radius: float, cant: float, progress: bool) -> Found:
+def hunting_map(model: Model, text: str, radius: float, cant: float, progress: bool) -> Found:
     """Follow Hopf point and fold over a parameter given as name=low:high:count."""
     import design
 
     name, values = _grid(text)
-    found = design.stability_map(model, name, values, radius=radius, cant=cant, progress=progress)
+    found = design.hunting_map(model, name, values, radius=radius, cant=cant, progress=progress)
     table = Table(title=f"{model.name}: speeds in m/s", box=box.SIMPLE)
     for title in (name, "never hunts below (fold)", "must hunt above (Hopf)", ""):
         table.add_column(title, justify="right")

@@ -209,8 +209,8 @@ def test_a_progress_bar_is_shown_on_request(capsys):
     assert "4 points" in branch.ended
 
 
-def test_stability_map_of_the_bautin_normal_form():
-    chart = design.stability_map(
+def test_hunting_map_of_the_bautin_normal_form():
+    chart = design.hunting_map(
         exact.hopf_normal_form(l1=1.0, l2=-1.0), "l1", [1.0, 0.8, 0.6], speed_range=(8.0, 12.0)
     )
     np.testing.assert_allclose(chart.hopf_speed, MU, rtol=1e-8)
@@ -218,8 +218,8 @@ def test_stability_map_of_the_bautin_normal_form():
     assert chart.notes == ("", "", "")
 
 
-def test_stability_map_says_why_there_is_no_fold():
-    chart = design.stability_map(exact.hopf_normal_form(l1=-1.0), "twist", [0.0])
+def test_hunting_map_says_why_there_is_no_fold():
+    chart = design.hunting_map(exact.hopf_normal_form(l1=-1.0), "twist", [0.0])
     assert np.isnan(chart.fold_speed).all()
     assert "no fold" in chart.notes[0]
 

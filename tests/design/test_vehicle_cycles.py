@@ -225,7 +225,7 @@ def test_a_branch_in_conicity_meets_the_branch_in_speed(cooperrider, cooperrider
 
 
 def test_map_over_conicity_agrees_with_whole_branches(cooperrider):
-    chart = design.stability_map(cooperrider, "conicity", [0.05, 0.055, 0.06])
+    chart = design.hunting_map(cooperrider, "conicity", [0.05, 0.055, 0.06])
     for value, hopf, fold in zip(chart.value, chart.hopf_speed, chart.fold_speed, strict=True):
         branch = design.cycle_branch(cooperrider.replace(conicity=value), parameter_range=(50.0, 69.0))
         assert hopf == pytest.approx(branch.hopf.speed, rel=1e-8)
@@ -304,7 +304,7 @@ def test_everything_can_be_drawn(cooperrider, cooperrider_branch, coach):
         cooperrider, [66.0, 70.0], duration=1.0, window=0.5, radii=[math.inf]
     )
     response = railenv.simulate(cooperrider, speed=70.0, perturbation={"y_w1": 1e-3}, duration=4.0)
-    chart = design.stability_map(cooperrider, "conicity", [0.05, 0.052])
+    chart = design.hunting_map(cooperrider, "conicity", [0.05, 0.052])
     ramp = design.speed_ramp(cooperrider, start=70.0, stop=69.0, rate=0.5, cycle=branch.cycles[-1])
     drawn = [
         branch.plot(),

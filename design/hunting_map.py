@@ -35,7 +35,7 @@ _OFF = (0.01, 0.03, 0.08)  # of the speed, from a fold to the stable motion besi
 
 
 @dataclass(frozen=True)
-class StabilityMap:
+class HuntingMap:
     """Hopf points and folds of limit cycles over a second parameter.
 
     Attributes
@@ -96,7 +96,7 @@ class StabilityMap:
         return plot_map(self, ax)
 
 
-def stability_map(
+def hunting_map(
     model: Model,
     parameter: str,
     values: ArrayLike,
@@ -105,7 +105,7 @@ def stability_map(
     cant: float = 0.0,
     speed_range: tuple[float, float] = SPEED_RANGE,
     progress: bool = False,
-) -> StabilityMap:
+) -> HuntingMap:
     """Follow the Hopf point and the fold of limit cycles over a second parameter.
 
     The first fold is found along the whole branch. From one value to the next the stable motion
@@ -130,7 +130,7 @@ def stability_map(
 
     Returns
     -------
-    StabilityMap
+    HuntingMap
 
     Raises
     ------
@@ -162,7 +162,7 @@ def stability_map(
     except KeyboardInterrupt:
         ended = f"interrupted after {len(notes)} of {len(wanted)} values"
     done = np.array(wanted[: len(notes)])
-    return StabilityMap(
+    return HuntingMap(
         model.name, parameter, done, tuple(hopf[: len(notes)]), tuple(folds), tuple(notes), ended
     )
 
