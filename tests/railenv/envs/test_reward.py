@@ -1,14 +1,14 @@
 """Rewards: the documented formula and its range, what scores well and badly; ends by derailment."""
 
 import math
+from pathlib import Path
 
-import control
 import gymnasium as gym
 import numpy as np
 import pytest
 
-import design
 import railenv
+from examples.reward_of_idle_and_lqr import Feedback, markdown, mean_reward
 from railenv import irregularity
 from railenv.envs.fleet import REASONS
 from railenv.envs.settings import RewardWeights
@@ -25,17 +25,6 @@ def make(name, **keywords):
 
 def idle(env):
     return np.zeros(env.action_space.shape)
-
-
-def mean_reward(env, pins, controller=None):
-    """Mean reward of a step over an episode, and the last info."""
-    env.reset(seed=1, options=pins)
-    total, steps, done, info = 0.0, 0, False, {}
-    while not done:
-        action = idle(env) if controller is None else controller(env)
-        _, reward, terminated, truncated, info = env.step(action)
-        total, steps, done = total + reward, steps + 1, terminated or truncated
-    return total / steps, info
 
 
 # ---------------------------------------------------------------- formula
@@ -148,46 +137,6 @@ def test_slow_change_of_curvature_costs_little():
         rewards = [env.step([0.0])[1] for _ in range(2000)]
         assert min(rewards) > -0.05
         assert np.mean(rewards) > -0.01
-
-
-def lqr(model, speed, period, delay_steps):
-    """Linear-quadratic regulator on plant and actuator, with the commands on their way as states."""
-    n = model.plant.n_states + 2
-    system = design.linearize(model, speed=speed)
-    scale = model.scale[:n] / 1e-3  # states of like magnitude, or the Riccati equation is too stiff
-    A = system.A[:n, :n] * scale[None, :] / scale[:, None]
-    B = system.B[:n, :1] * model.actuator.limit / scale[:, None]
-    plant = control.c2d(control.ss(A, B, np.eye(n), np.zeros((n, 1))), period)
-    m = n + delay_steps
-    Ad, Bd = np.zeros((m, m)), np.zeros((m, 1))
-    Ad[:n, :n] = plant.A
-    Ad[:n, n] = plant.B[:, 0]
-    Ad[n : m - 1, n + 1 :] = np.eye(delay_steps - 1)
-    Bd[-1] = 1.0
-    weights = np.full(m, 1e-6)
-    for body in ("w1", "w2"):
-        for kind, size in (("y", 9e-3), ("psi", 2e-3)):
-            j = model.state_names.index(f"{kind}_{body}")
-            weights[j] = (scale[j] / size) ** 2
-    K, _, poles = control.dlqr(Ad, Bd, np.diag(weights), np.array([[1.0]]), method="scipy")
-    assert np.abs(poles).max() < 1.0
-    return np.asarray(K)[0] / np.concatenate([scale, np.ones(delay_steps)])
-
-
-class Feedback:
-    """State feedback that remembers the commands on their way."""
-
-    def __init__(self, env, speed):
-        self.gain = lqr(env.fleet.model, speed, 0.005, 2)
-        self.past = [0.0, 0.0]
-
-    def __call__(self, env):
-        n = env.fleet.model.plant.n_states
-        deviation = env.fleet.state(0)[: n + 2]
-        deviation[:n] -= env.fleet.equilibrium(0)
-        action = float(np.clip(-self.gain @ [*deviation, *self.past], -1.0, 1.0))
-        self.past = [self.past[1], action]
-        return [action]
 
 
 def test_idle_below_the_critical_speed_scores_near_the_best():
@@ -316,3 +265,8 @@ def test_short_control_periods_keep_the_window_of_2_m(period):
     for _ in range(300):
         observation, *_ = env.step([0.0, 0.0])
         assert (observation[commands] == 0.0).all()
+
+
+def test_page_of_rewards_is_what_the_example_computes():
+    page = Path(railenv.__file__).parent.parent / "docs" / "environments" / "rewards.md"
+    assert page.read_text() == markdown()
