@@ -1,4 +1,7 @@
-"""Controllers for hunting bogies and their evaluation; none are in this version yet.
+"""What trains and evaluates controllers of hunting bogies.
+
+``agents.sb3`` gives the vector environments to Stable-Baselines3 (extra ``rl``). Controllers and their
+evaluation are not in this version yet.
 
 The name ``agents`` is used by other distributions too; ``__distribution__`` tells this one.
 """
