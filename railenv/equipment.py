@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from railenv.equations.coordinates import Running, bodies
 from railenv.equations.equipped import EQUIPMENT
+from railenv.equations.sensors import inertial_yaw_rate, specific_force
 from railenv.errors import ParameterError
 from railenv.kernels import loader
 from railenv.models import Bogie, DualWheelset, Model
@@ -209,6 +212,7 @@ class Equipped(Model):
             [*plant.guess, *[0.0] * extra],
             loader.shipped_source(f"{plant.name}_{place}"),
         )
+        self._attributes = SimpleNamespace(**self.parameters)
 
     def _scales(self) -> list[float]:
         """Return typical magnitudes of the actuators' and sensors' states."""
@@ -259,10 +263,10 @@ class Equipped(Model):
         """
         state = np.concatenate([plant_state, np.zeros(self.n_states - self.plant.n_states)])
         names = self.state_names
-        gravity = self.parameters["gravity"]
+        run, p = Running(speed, curvature, cant), self._attributes
+        motions = dict(zip(self.equipment.body_names, bodies(plant_state.tolist()), strict=True))
         for body in self.equipment.sensed:
-            roll = state[names.index(f"phi_{body}")]
-            force = gravity * roll - (speed * speed * curvature - gravity * cant)
+            force = specific_force(0.0, motions[body], run, p)
             state[names.index(f"accel_{body}")] = force
-            state[names.index(f"gyro_{body}")] = -speed * curvature
+            state[names.index(f"gyro_{body}")] = inertial_yaw_rate(motions[body], run)
         return state

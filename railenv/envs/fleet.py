@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from railenv import irregularity
 from railenv.envs.episodes import Episode, draw
+from railenv.envs.metrics import CFR_LIMIT
 from railenv.envs.settings import CANT_BASE, LOWEST_SPEED, Settings
 from railenv.equilibrium import find_equilibrium
 from railenv.errors import EquilibriumError, ParameterError
@@ -35,7 +36,7 @@ REASONS = (
 )
 """Why an episode ended in a derailment, by the kernel's number."""
 
-RIDE_SCALE = 0.3 * 9.81
+RIDE_SCALE = CFR_LIMIT
 """m/s^2, the acceleration at which the ride term is 1/2: the limit of 49 CFR 213.333."""
 
 PARALLEL_FROM = 512
@@ -317,11 +318,19 @@ class Fleet:
         """Table of what rewards are measured from, shape (NODES, REFERENCES)."""
         names = self.model.plant.state_names
         columns = [nodes[:, names.index(n)] for n in ("y_w1", "y_w2", "psi_w1", "psi_w2")]
-        share = np.linspace(0.0, 1.0, len(nodes))
-        gravity = episode.vehicle.gravity
-        uncompensated = share * (episode.speed**2 * episode.curvature - gravity * episode.cant)
+        steady = np.array(
+            [
+                self.model.steady_state(
+                    node,
+                    speed=episode.speed,
+                    curvature=share * episode.curvature,
+                    cant=share * episode.cant,
+                )
+                for share, node in zip(np.linspace(0.0, 1.0, len(nodes)), nodes, strict=True)
+            ]
+        )
         for body in self.model.equipment.sensed:
-            columns.append(gravity * nodes[:, names.index(f"phi_{body}")] - uncompensated)
+            columns.append(steady[:, self.model.state_names.index(f"accel_{body}")])
         columns += [np.zeros(len(nodes))] * (self._kernels.REFERENCES - len(columns))
         return np.stack(columns, axis=1)
 
