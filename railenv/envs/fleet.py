@@ -19,6 +19,8 @@ from railenv import irregularity
 from railenv.envs.episodes import Episode, draw
 from railenv.envs.metrics import CFR_LIMIT
 from railenv.envs.settings import CANT_BASE, LOWEST_SPEED, Settings
+from railenv.equations.coordinates import Running, bodies
+from railenv.equations.sensors import specific_force
 from railenv.equilibrium import find_equilibrium
 from railenv.errors import EquilibriumError, ParameterError
 from railenv.models import Bogie, DualWheelset
@@ -318,19 +320,11 @@ class Fleet:
         """Table of what rewards are measured from, shape (NODES, REFERENCES)."""
         names = self.model.plant.state_names
         columns = [nodes[:, names.index(n)] for n in ("y_w1", "y_w2", "psi_w1", "psi_w2")]
-        steady = np.array(
-            [
-                self.model.steady_state(
-                    node,
-                    speed=episode.speed,
-                    curvature=share * episode.curvature,
-                    cant=share * episode.cant,
-                )
-                for share, node in zip(np.linspace(0.0, 1.0, len(nodes)), nodes, strict=True)
-            ]
-        )
+        share = np.linspace(0.0, 1.0, len(nodes))
+        run = Running(episode.speed, share * episode.curvature, share * episode.cant)
+        motions = dict(zip(self.model.equipment.body_names, bodies(list(nodes.T)), strict=True))
         for body in self.model.equipment.sensed:
-            columns.append(steady[:, self.model.state_names.index(f"accel_{body}")])
+            columns.append(specific_force(0.0, motions[body], run, episode.vehicle))
         columns += [np.zeros(len(nodes))] * (self._kernels.REFERENCES - len(columns))
         return np.stack(columns, axis=1)
 
