@@ -11,41 +11,53 @@ from design.cycle_plots import phase_portrait
 from design.cycles import Cycle, CycleBranch, CycleError, SpecialPoint, cycle_branch
 from design.diagram import SimulatedDiagram, simulated_diagram
 from design.equilibrium import equilibrium
+from design.feedback import Feedback, LinearFeedback, StaticFeedback
 from design.hopf import HopfPoint, hopf_point
 from design.hunting_map import HuntingMap, hunting_map
-from design.linearization import linearize
+from design.linearization import discretize, linearize
 from design.locus import SpeedLocus, speed_locus
 from design.polach import DisturbanceTest, SpeedRamp, disturbance_test, speed_ramp
+from design.reduction import balanced, minimal, transfer_function
+from design.sampled import ClosedLoop, closed_loop
 from design.simulated_cycle import simulated_cycle
 from design.spectrum import Spectrum, spectrum
 from design.sweep import CurveSweep, curve_sweep
 
 __all__ = [
+    "ClosedLoop",
     "CriticalSpeed",
     "CurveSweep",
     "Cycle",
     "CycleBranch",
     "CycleError",
     "DisturbanceTest",
+    "Feedback",
     "HopfPoint",
     "HuntingMap",
+    "LinearFeedback",
     "SimulatedDiagram",
     "SpecialPoint",
     "Spectrum",
     "SpeedLocus",
     "SpeedRamp",
+    "StaticFeedback",
+    "balanced",
+    "closed_loop",
     "critical_speed",
     "curve_sweep",
     "cycle_branch",
+    "discretize",
     "disturbance_test",
     "equilibrium",
     "hopf_point",
     "hunting_map",
     "linearize",
+    "minimal",
     "phase_portrait",
     "simulated_cycle",
     "simulated_diagram",
     "spectrum",
     "speed_locus",
     "speed_ramp",
+    "transfer_function",
 ]

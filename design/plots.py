@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from design.critical_speed import CriticalSpeed
     from design.locus import SpeedLocus
+    from design.sampled import ClosedLoop
     from design.sweep import CurveSweep
 
 STABLE = "#1f6f8b"
@@ -142,6 +143,29 @@ def _round_speeds(speeds: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return some four to eight round speeds within a range."""
     ticks = MaxNLocator(nbins=8, steps=[1, 2, 2.5, 5, 10]).tick_values(speeds[0], speeds[-1])
     return ticks[(ticks >= speeds[0]) & (ticks <= speeds[-1])]
+
+
+def plot_multipliers(loop: ClosedLoop, ax: Axes | None = None) -> control.ControlPlot:
+    """Draw the multipliers of a closed loop in the unit circle."""
+    with style():
+        ax = _axes(ax, (5.0, 5.0))
+        angle = np.linspace(0.0, 2.0 * math.pi, 361)
+        ax.plot(np.cos(angle), np.sin(angle), color="#333333", lw=1.0)
+        values = loop.multipliers
+        for chosen, color, label in (
+            (np.abs(values) < 1.0, STABLE, "stable"),
+            (np.abs(values) >= 1.0, UNSTABLE, "unstable"),
+        ):
+            if chosen.any():
+                ax.plot(
+                    values[chosen].real, values[chosen].imag, "x", color=color, mew=1.6, label=label
+                )
+        ax.set_aspect("equal")
+        ax.set_xlabel("real part (1)")
+        ax.set_ylabel("imaginary part (1)")
+        ax.set_title(f"{loop.model_name}, {loop.speed:g} m/s, {_curve(loop.radius, loop.cant)}")
+        ax.legend(loc="upper right")
+        return _drawn(ax)
 
 
 _RADIUS_TICKS = [100, 250, 500, 1000, 2500, 5000, 10000, 25000, 50000]

@@ -21,7 +21,7 @@ from railenv.equations.contact import Wheel, wheel
 from railenv.equations.coordinates import Rail, Running, bodies, rails
 from railenv.errors import ParameterError
 from railenv.kernels import loader
-from railenv.vehicles import COOPERRIDER, CooperriderParameters, Vehicle
+from railenv.vehicles import COOPERRIDER, QUANTITIES, CooperriderParameters, Vehicle
 
 if TYPE_CHECKING:
     import control
@@ -124,6 +124,11 @@ class Model:
     def n_inputs(self) -> int:
         """Number of inputs."""
         return len(self.input_names)
+
+    @property
+    def variable_names(self) -> tuple[str, ...]:
+        """Names of the quantities that :meth:`replace` changes."""
+        return tuple(self.parameters)
 
     def replace(self, **changes: float) -> Self:
         """Return the same model with some parameters changed; kernels are shared.
@@ -374,6 +379,11 @@ class _VehicleModel(Model):
             [-_MILLIMETRE * (name.startswith("z_")) for name in self._states],  # wheels loaded
             loader.shipped_source(self._name),
         )
+
+    @property
+    def variable_names(self) -> tuple[str, ...]:
+        """Names of the vehicle's quantities, and ``creep_factor``."""
+        return (*QUANTITIES, "creep_factor")
 
     def replace(self, **changes: Any) -> Self:
         """Return the same model with some fields of its vehicle changed."""

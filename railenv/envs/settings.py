@@ -146,11 +146,8 @@ class Settings:
         checks.known("name in randomize", self.randomize, RANDOMIZABLE)
         for name in self.randomize:
             ends = _checked_range(f"randomize[{name!r}]", self.randomize[name], low=0.0)
-            for end in ends:  # raises where a vehicle could not have it
-                if name == "creep_factor":
-                    checks.number("creep_factor", end, low=0.0, open_low=True)
-                else:
-                    self.vehicle.replace(**{name: end})
+            for end in ends:
+                self.vehicle.replace(**{name: end})  # raises where a vehicle could not have it
         if self.critical_speed is not None:
             checks.speed(self.critical_speed, "critical_speed")
         for name, unit in (
