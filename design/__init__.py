@@ -18,6 +18,7 @@ from design.linearization import discretize, linearize
 from design.locus import SpeedLocus, speed_locus
 from design.polach import DisturbanceTest, SpeedRamp, disturbance_test, speed_ramp
 from design.reduction import balanced, minimal, transfer_function
+from design.robust import RobustCriticalSpeed, robust_critical_speed
 from design.sampled import ClosedLoop, closed_loop
 from design.simulated_cycle import simulated_cycle
 from design.spectrum import Spectrum, spectrum
@@ -35,6 +36,7 @@ __all__ = [
     "HopfPoint",
     "HuntingMap",
     "LinearFeedback",
+    "RobustCriticalSpeed",
     "SimulatedDiagram",
     "SpecialPoint",
     "Spectrum",
@@ -54,6 +56,7 @@ __all__ = [
     "linearize",
     "minimal",
     "phase_portrait",
+    "robust_critical_speed",
     "simulated_cycle",
     "simulated_diagram",
     "spectrum",

@@ -16,11 +16,14 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator, ScalarFormatter
 from numpy.typing import NDArray
 
+from railenv import checks
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from design.critical_speed import CriticalSpeed
     from design.locus import SpeedLocus
+    from design.robust import RobustCriticalSpeed
     from design.sampled import ClosedLoop
     from design.sweep import CurveSweep
 
@@ -165,6 +168,35 @@ def plot_multipliers(loop: ClosedLoop, ax: Axes | None = None) -> control.Contro
         ax.set_ylabel("imaginary part (1)")
         ax.set_title(f"{loop.model_name}, {loop.speed:g} m/s, {_curve(loop.radius, loop.cant)}")
         ax.legend(loc="upper right")
+        return _drawn(ax)
+
+
+def plot_robust(
+    result: RobustCriticalSpeed, parameter: str, ax: Axes | None = None
+) -> control.ControlPlot:
+    """Draw the speeds up to which sampled vehicles are stable over one varied quantity."""
+    checks.known("varied quantity", [parameter], list(result.box))
+    with style():
+        ax = _axes(ax)
+        values = [vehicle[parameter] for vehicle, _ in result.samples]
+        speeds = [speed for _, speed in result.samples]
+        ax.plot(values, speeds, ".", color=STABLE, ms=6, label="vehicles looked at")
+        if result.speed is not None:
+            ax.plot(
+                result.worst[parameter],
+                result.speed,
+                "o",
+                color=UNSTABLE,
+                mfc="white",
+                mew=2,
+                ms=9,
+                label=f"worst: {result.speed:.1f} m/s",
+            )
+        ax.set_xlabel(parameter.replace("_", " "))
+        ax.set_ylabel("stable up to (m/s)")
+        ax.set_ylim(0.0, None)
+        ax.set_title("Vehicles of the box; speeds beyond the worst are not followed far")
+        ax.legend(loc="best")
         return _drawn(ax)
 
 
