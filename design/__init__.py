@@ -18,6 +18,15 @@ from design.linearization import discretize, linearize
 from design.locus import SpeedLocus, speed_locus
 from design.polach import DisturbanceTest, SpeedRamp, disturbance_test, speed_ramp
 from design.reduction import balanced, minimal, transfer_function
+from design.regulator import (
+    Disturbances,
+    Observer,
+    Regulator,
+    Weights,
+    kalman,
+    lateral_model,
+    lqr,
+)
 from design.robust import RobustCriticalSpeed, robust_critical_speed
 from design.sampled import ClosedLoop, closed_loop
 from design.simulated_cycle import simulated_cycle
@@ -32,10 +41,13 @@ __all__ = [
     "CycleBranch",
     "CycleError",
     "DisturbanceTest",
+    "Disturbances",
     "Feedback",
     "HopfPoint",
     "HuntingMap",
     "LinearFeedback",
+    "Observer",
+    "Regulator",
     "RobustCriticalSpeed",
     "SimulatedDiagram",
     "SpecialPoint",
@@ -43,6 +55,7 @@ __all__ = [
     "SpeedLocus",
     "SpeedRamp",
     "StaticFeedback",
+    "Weights",
     "balanced",
     "closed_loop",
     "critical_speed",
@@ -53,7 +66,10 @@ __all__ = [
     "equilibrium",
     "hopf_point",
     "hunting_map",
+    "kalman",
+    "lateral_model",
     "linearize",
+    "lqr",
     "minimal",
     "phase_portrait",
     "robust_critical_speed",

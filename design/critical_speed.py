@@ -24,6 +24,7 @@ from railenv import checks
 from railenv.equilibrium import Branch, Equilibrium, Point, SpeedPath, Stuck, find_equilibrium
 from railenv.errors import ParameterError
 from railenv.models import Model
+from railenv.threads import one_blas_thread
 
 if TYPE_CHECKING:
     import control
@@ -217,11 +218,12 @@ def critical_speed(
             f"speed_range is {speed_range}; the lowest speed must be below the highest"
         )
     u = checks.vector("inputs", inputs, model.input_names)
-    start = find_equilibrium(model, speed=low, radius=radius, cant=cant, inputs=u)
     judged_by = dynamics(model, controller, period)
     unit = SpeedPath.unit if controller is None else _CLOSED_LOOP_STEP
-    branch = Branch(model, SpeedPath(checks.curvature(radius), start.cant, unit), u)
-    return _Search(model, branch, start, (low, high), judged_by).run()
+    with one_blas_thread():
+        start = find_equilibrium(model, speed=low, radius=radius, cant=cant, inputs=u)
+        branch = Branch(model, SpeedPath(checks.curvature(radius), start.cant, unit), u)
+        return _Search(model, branch, start, (low, high), judged_by).run()
 
 
 @dataclass(frozen=True)

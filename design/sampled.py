@@ -31,6 +31,7 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 _STEADY = 1e-9  # of a command's typical size, what counts as settled
+_SETTLED = 1e-6  # last change of a state, in units of the model's scale
 _NEWTON_STEPS = 20
 _SMALLEST_MULTIPLIER = 1e-12  # what the map forgets within a period
 
@@ -231,13 +232,14 @@ class SampledDynamics:
         conditions = (speed, curvature, cant)
         n, chosen = self.model.n_states, self._commands
         commands, inputs = np.zeros(len(chosen)), np.zeros(self.model.n_inputs)
+        settled = True  # the vehicle's own equilibrium, unless the controller commands something
         for _ in range(_NEWTON_STEPS):
             inputs[chosen] = commands
             self._evaluator.set(state, speed, curvature, cant, inputs)
             jacobian = self._evaluator.jacobian()
             signals = self._signals(state, commands, conditions)
             excess = commands - self.feedback.steady(signals)
-            if not np.abs(excess).max(initial=0.0) > _STEADY * self._size:
+            if settled and not np.abs(excess).max(initial=0.0) > _STEADY * self._size:
                 return state, commands, jacobian
             gain = _steady_gain(self.feedback.linearize(signals)) @ self._selection
             to_commands = gain[:, n:].reshape(len(chosen), self._ages, len(chosen)).sum(axis=1)
@@ -248,6 +250,7 @@ class SampledDynamics:
             residual = np.concatenate([self._evaluator.rhs(), excess])
             change = np.linalg.solve(matrix, residual)
             state, commands = state - change[:n], commands - change[n:]
+            settled = bool(np.abs(change[:n] / self._scale).max() < _SETTLED)
             if not np.isfinite(state).all():
                 break
         raise EquilibriumError(
