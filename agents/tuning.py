@@ -1,7 +1,7 @@
 """Tuning of structured output feedback on the robust stability of the sampled closed loop.
 
-Vehicles of several conicities at speeds up to a target make a family of linear plants. Where the loop
-closes, an eigenvalue's derivative with respect to the gains is known from its eigenvectors. So the worst
+Vehicles of several conicities at speeds up to a target make a family of linear plants. An eigenvalue's
+derivative with respect to the gains is known from its eigenvectors where the loop closes. So the worst
 growth rate of the family, as a soft maximum, is minimised with its gradient. The target speed rises as
 long as every plant of the family can be kept stable.
 """
