@@ -18,6 +18,7 @@ from design.hopf import HopfPoint, hopf_point
 from design.hunting_map import HuntingMap, hunting_map
 from design.linearization import discretize, linearize
 from design.locus import Locus, SpeedLocus, VehicleLocus, speed_locus
+from design.margins import ChannelMargins, Margins, margins
 from design.mode_shape import ModeShape
 from design.parameter_locus import ParameterLocus, parameter_locus
 from design.polach import DisturbanceTest, SpeedRamp, disturbance_test, speed_ramp
@@ -28,6 +29,7 @@ from design.spectrum import Spectrum, spectrum
 from design.sweep import CurveSweep, curve_sweep
 
 __all__ = [
+    "ChannelMargins",
     "ClosedLoop",
     "CriticalPoint",
     "CriticalSpeed",
@@ -42,6 +44,7 @@ __all__ = [
     "HuntingMap",
     "LinearFeedback",
     "Locus",
+    "Margins",
     "ModeShape",
     "ParameterLocus",
     "ScaledFeedback",
@@ -64,6 +67,7 @@ __all__ = [
     "hopf_point",
     "hunting_map",
     "linearize",
+    "margins",
     "minimal",
     "open_loop",
     "parameter_locus",
