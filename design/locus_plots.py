@@ -93,8 +93,8 @@ def _half_plane(locus: Locus, marked: NDArray[np.complex128], ax: Axes) -> None:
     top = 1.25 * float(np.abs(marked.imag).max())
     if top == 0.0:  # a real mode: as high as it is wide
         top = 0.6 * float(np.abs(marked.real).max()) or 1.0
-    left = 1.6 * min(float(marked.real.min()), -0.15 * top)
-    ax.set_xlim(left, max(0.15 * top, 1.5 * float(marked.real.max())))
+    left = 1.6 * min(float(marked.real.min()), -0.08 * top)
+    ax.set_xlim(left, max(0.08 * top, 1.5 * float(marked.real.max())))
     ax.set_ylim(-0.03 * top, top)
     ax.set_xlabel("real part (1/s)")
     ax.set_ylabel("imaginary part (rad/s)")
@@ -165,9 +165,9 @@ def plot_damping(locus: Locus) -> control.ControlPlot:
         lower.set_xlabel(f"{locus.parameter}{unit}")
         upper.set_title(f"{locus.sysname}, {locus.condition}" if locus.condition else locus.sysname)
         figure.legend(*upper.get_legend_handles_labels(), loc="outside lower center", ncols=2)
-        lines = np.empty(2, dtype=object)
-        lines[:] = [list(ax.lines) for ax in axes]
-        return control.ControlPlot(lines, axes, figure)
+        lines = np.empty((2, 1), dtype=object)
+        lines[:, 0] = [list(ax.lines) for ax in axes]
+        return control.ControlPlot(lines, axes[:, None], figure)
 
 
 def _shown(locus: Locus, column: int, highest: float) -> bool:

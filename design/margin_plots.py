@@ -31,7 +31,7 @@ def plot_margins(margins: Margins, ax: Axes | None = None) -> control.ControlPlo
         angle = np.linspace(0.0, 2.0 * math.pi, 361)
         ax.plot(np.cos(angle), np.sin(angle), color=_DARK, lw=0.8, ls=":", label="unit circle")
         for k, channel in enumerate(margins.channels):
-            _channel(channel, SERIES[k % len(SERIES)], ax)
+            _channel(channel, SERIES[k % len(SERIES)], "--" if k else "-", ax)  # they may be alike
         ax.plot(-1.0, 0.0, "+", color=UNSTABLE, ms=11, mew=2.2, label="−1, the edge of stability")
         crossings = [1.0 / c.gain_reduction for c in margins.channels if c.gain_reduction > 0.0]
         reach = min(max(_SMALLEST_VIEW, *(1.2 * x for x in crossings), 0.0), _LARGEST_VIEW)
@@ -54,14 +54,16 @@ def plot_margins(margins: Margins, ax: Axes | None = None) -> control.ControlPlo
         return _drawn(ax)
 
 
-def _channel(channel: ChannelMargins, color: str, ax: Axes) -> None:
+def _channel(channel: ChannelMargins, color: str, dashes: str, ax: Axes) -> None:
     from design.margins import frequencies, response
 
     loop = channel.loop
     omega = frequencies(loop)
     values = response(loop, omega)[:, 0, 0]
-    ax.plot(values.real, values.imag, color=color, lw=1.8, label=str(channel))
-    ax.plot(values.real, -values.imag, color=color, lw=0.9, alpha=0.5)  # negative frequencies
+    ax.plot(values.real, values.imag, color=color, lw=1.8, ls=dashes, label=str(channel))
+    ax.plot(
+        values.real, -values.imag, color=color, lw=0.9, ls=dashes, alpha=0.5
+    )  # negative frequencies
     half = channel.disk_margin / 2.0
     if half < 1.0:
         small, large = (1.0 - half) / (1.0 + half), (1.0 + half) / (1.0 - half)

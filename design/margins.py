@@ -14,7 +14,6 @@ from scipy import optimize
 
 from design.sampled import ClosedLoop, SampledDynamics, closed_loop, open_loop
 from railenv import checks
-from railenv.equilibrium import find_equilibrium
 from railenv.models import Model
 
 if TYPE_CHECKING:
@@ -257,20 +256,23 @@ def margins(
     (3.608, 0.0708)
     """
     longest = checks.number("longest_delay", longest_delay, low=0.0, open_low=True, unit="s")
-    place = {"speed": speed, "radius": radius, "cant": cant}
     sampled = SampledDynamics(model, controller, period=period, delay=delay)
     names = list(sampled.feedback.output_labels)
     if channel is not None:
         checks.known("channel", [channel], names)
-    closed = closed_loop(model, controller, **place, period=period, delay=delay)
+    closed = closed_loop(
+        model, controller, speed=speed, radius=radius, cant=cant, period=period, delay=delay
+    )
     if not closed.stable:
         return Margins(closed, sampled.delay, (), None, None, None, None, None, None, longest)
-    opened = open_loop(model, controller, **place, period=period, delay=delay)
+    opened = open_loop(
+        model, controller, speed=speed, radius=radius, cant=cant, period=period, delay=delay
+    )
     omega = frequencies(opened)
     chosen = names if channel is None else [channel]
     channels = tuple(_channel(opened, name, omega) for name in chosen)
     disk = _disk(opened, omega)
-    limit = _delay_margin(model, sampled, place, longest)
+    limit = _delay_margin(sampled, closed, longest)
     return Margins(closed, sampled.delay, channels, *disk, *limit, longest)
 
 
@@ -369,16 +371,15 @@ def _disk(loop: control.StateSpace, omega: Array) -> tuple[float, float, float, 
 
 
 def _delay_margin(
-    model: Model, sampled: SampledDynamics, place: dict[str, float], longest: float
+    sampled: SampledDynamics, closed: ClosedLoop, longest: float
 ) -> tuple[float | None, float | None]:
     """Return the additional delay (s) at which stability is lost, and the frequency (Hz) there."""
-    conditions = (place["speed"], checks.curvature(place["radius"]), place["cant"])
-    found = find_equilibrium(model, **place)
-    about = sampled.equilibrium(found.state, *conditions)  # no delay moves it
+    conditions = (closed.speed, checks.curvature(closed.radius), closed.cant)
+    about = sampled.equilibrium(closed.state, *conditions)  # no delay moves it
 
     def multipliers(extra: float) -> Complex:
-        late = SampledDynamics(model, sampled.feedback, delay=sampled.delay + extra)
-        return np.linalg.eigvals(late.matrix(*about, conditions))
+        late = SampledDynamics(sampled.model, sampled.feedback, delay=sampled.delay + extra)
+        return np.linalg.eigvals(late.matrix(*about, conditions)).astype(complex)
 
     def excess(extra: float) -> float:
         return float(np.abs(multipliers(extra)).max()) - 1.0

@@ -188,6 +188,7 @@ def animate(shape: ModeShape, frames: int, interval: float) -> FuncAnimation:
         moving = _Plan(shape, ax).draw if shape.geometry is not None else _swinging_bars(shape, ax)
         ax.set_title(_title(shape), fontsize=9)
         figure.canvas.draw()
+        figure.set_layout_engine("none")  # laid out once; doing it for every picture takes long
     return _animation(figure, moving, frames, interval)
 
 

@@ -61,9 +61,7 @@ def loop(model: Model, changes: dict[str, Any], damper: YawDamper) -> Loop:
     if damper.gain is None:
         for name in ("washout", "delay", "period"):
             if getattr(damper, name) is not None:
-                raise ParameterError(
-                    f"--{name} is given without --yaw-rate-gain; there is no controller"
-                )
+                raise ParameterError(f"--{name} needs a controller; give --yaw-rate-gain too")
         return Loop(model.replace(**changes) if changes else model, None)
     if not isinstance(model, (Bogie, DualWheelset)):
         raise ParameterError(f"--yaw-rate-gain needs a bogie or a dual wheelset, not {model.name}")
