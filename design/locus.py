@@ -229,7 +229,8 @@ class SpeedLocus(VehicleLocus):
     speeds : ndarray, shape (n_speeds,)
         m/s; the same as ``values``.
     critical : CriticalSpeed
-        Where stability is lost first, searched up to the highest speed.
+        Where stability is lost first, searched from 3 m/s (of a closed loop, which may not suit low
+        speeds, from the lowest speed of the locus) up to the highest speed.
     """
 
     def __init__(
@@ -295,7 +296,8 @@ def speed_locus(
         ended = str(error)
         warnings.warn(f"the speed locus ends early: {ended}", UserWarning, stacklevel=2)
     reached = targets[: len(points)]
-    search = (min(float(reached[0]), LOW_SPEED), float(targets[-1]))
+    low = float(reached[0]) if controller is not None else min(float(reached[0]), LOW_SPEED)
+    search = (low, float(targets[-1]))
     critical = critical_speed(
         model, radius=radius, cant=cant, speed_range=search, controller=controller, period=period
     )

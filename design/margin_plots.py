@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from design.margins import ChannelMargins, Margins
 
 _DARK = "#333333"
-_SMALLEST_VIEW, _LARGEST_VIEW = 1.6, 6.0  # of the real and imaginary axis about -1
+_SMALLEST_VIEW, _LARGEST_VIEW = 1.6, 6.0  # of the negative real axis
 
 
 def plot_margins(margins: Margins, ax: Axes | None = None) -> control.ControlPlot:
@@ -33,8 +33,8 @@ def plot_margins(margins: Margins, ax: Axes | None = None) -> control.ControlPlo
         for k, channel in enumerate(margins.channels):
             _channel(channel, SERIES[k % len(SERIES)], "--" if k else "-", ax)  # they may be alike
         ax.plot(-1.0, 0.0, "+", color=UNSTABLE, ms=11, mew=2.2, label="−1, the edge of stability")
-        crossings = [1.0 / c.gain_reduction for c in margins.channels if c.gain_reduction > 0.0]
-        reach = min(max(_SMALLEST_VIEW, *(1.2 * x for x in crossings), 0.0), _LARGEST_VIEW)
+        lower = [1.2 / c.gain_reduction for c in margins.channels if c.gain_reduction > 0.0]
+        reach = max([_SMALLEST_VIEW, *(x for x in lower if x < _LARGEST_VIEW)])
         height = max(1.3, 0.55 * (reach + 1.4))
         ax.set_xlim(-reach, 1.4)
         ax.set_ylim(-height, height)
@@ -54,13 +54,20 @@ def plot_margins(margins: Margins, ax: Axes | None = None) -> control.ControlPlo
         return _drawn(ax)
 
 
+def _said(channel: ChannelMargins) -> str:
+    return (
+        f"{channel.channel}: gain {channel.gain_reduction:.3g} to {channel.gain_margin:.3g}, phase "
+        f"{math.degrees(channel.phase_margin):.1f}°, disk {channel.disk_margin:.3f}"
+    )
+
+
 def _channel(channel: ChannelMargins, color: str, dashes: str, ax: Axes) -> None:
     from design.margins import frequencies, response
 
     loop = channel.loop
     omega = frequencies(loop)
     values = response(loop, omega)[:, 0, 0]
-    ax.plot(values.real, values.imag, color=color, lw=1.8, ls=dashes, label=str(channel))
+    ax.plot(values.real, values.imag, color=color, lw=1.8, ls=dashes, label=_said(channel))
     ax.plot(
         values.real, -values.imag, color=color, lw=0.9, ls=dashes, alpha=0.5
     )  # negative frequencies

@@ -76,7 +76,7 @@ def plot_plan(shape: ModeShape, ax: Axes | None, phases: Sequence[float]) -> con
         for place in axes[:, 1:].flat:
             place.set_ylabel("")
         figure.suptitle(
-            _title(shape) + "\nRoll in the unit of the largest displacement",
+            _title(shape) + "\ndisplacements magnified; roll as a share of the largest displacement",
             fontsize=10,
             x=0.01,
             ha="left",

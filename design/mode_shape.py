@@ -124,7 +124,7 @@ class ModeShape:
 
         return plot_bars(self, ax)
 
-    def animate(self, *, frames: int = 48, interval: float = 50.0) -> FuncAnimation:
+    def animate(self, *, frames: int = 30, interval: float = 50.0) -> FuncAnimation:
         """Animate one period of the motion.
 
         Parameters

@@ -201,6 +201,7 @@ def test_speed_locus_of_a_closed_loop():
     (point,) = locus.critical_points
     expected = design.critical_speed(EQUIPPED, controller=DAMPER, speed_range=(60.0, 260.0))
     assert point.value == pytest.approx(expected.speed, rel=1e-6)
+    assert locus.critical.speed == expected.speed
     assert point.value > design.critical_speed(EQUIPPED).speed
     assert locus.period == 0.005
 
