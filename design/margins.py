@@ -208,7 +208,7 @@ def margins(
     channel: str | None = None,
     longest_delay: float = LONGEST_DELAY,
 ) -> Margins:
-    """Compute the stability margins of a vehicle under a sampled controller.
+    """Compute the stability margins of a vehicle under a sampled controller, about their equilibrium.
 
     Each command is opened between controller and actuator, the others stay closed. Gain and phase
     margins are where the frequency response of the exact discrete loop, in state space, crosses the

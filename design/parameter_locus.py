@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from design.dynamics import Dynamics, dynamics
 from design.feedback import ScaledFeedback, as_feedback
@@ -21,6 +21,8 @@ from railenv.equilibrium import follow_speeds
 from railenv.equipment import Equipped
 from railenv.errors import EquilibriumError, ParameterError
 from railenv.models import Model
+
+Array = NDArray[np.float64]
 
 GAIN = "gain"
 """Name of the factor on a controller's commands."""
@@ -90,22 +92,11 @@ def parameter_locus(
     --------
     >>> import design, railenv
     >>> coach = railenv.Bogie(railenv.HIGH_SPEED_COACH)
-    >>> locus = design.parameter_locus(coach, "conicity", [0.02, 0.05, 0.08, 0.11], speed=100.0)
+    >>> locus = design.parameter_locus(coach, "conicity", [0.05, 0.1, 0.15, 0.2], speed=110.0)
     >>> print(locus.critical_points[0])
-    stability lost at conicity = 0.0685463 at 3.0867 Hz
+    stability lost at conicity = 0.120143 at 4.6516 Hz
     """
-    targets = np.atleast_1d(np.asarray(values, dtype=float))
-    if targets.ndim != 1 or targets.size < 2:
-        raise ParameterError(f"values is {values!r}; a locus needs at least two values")
-    if not (np.diff(targets) > 0.0).all():
-        raise ParameterError(f"values is {values!r}; the values must increase")
-    allowed = [*model.variable_names, *([GAIN] if controller is not None else [])]
-    checks.known("parameter", [parameter], allowed)
-    if controller is not None and parameter == GAIN and GAIN in model.variable_names:
-        raise ParameterError(
-            f"{GAIN!r} is a parameter of {model.name} and the factor on its controller's commands; "
-            "rename the model's"
-        )
+    targets = _checked(model, parameter, values, controller)
     conditions = checks.speed(speed), float(radius), checks.cant(cant)
     family = _Parameters(model, parameter, *conditions, controller, period, 0)
     memory = max(family.memory(float(targets[0])), family.memory(float(targets[-1])))
@@ -122,6 +113,23 @@ def parameter_locus(
             warnings.warn(f"the locus over {parameter} ends early: {ended}", UserWarning, stacklevel=2)
             break
     return ParameterLocus(targets[: len(found)], found, family, ended=ended)
+
+
+def _checked(model: Model, parameter: str, values: ArrayLike, controller: Any | None) -> Array:
+    """Return the values of a parameter that exists."""
+    targets = np.atleast_1d(np.asarray(values, dtype=float))
+    if targets.ndim != 1 or targets.size < 2:
+        raise ParameterError(f"values is {values!r}; a locus needs at least two values")
+    if not (np.diff(targets) > 0.0).all():
+        raise ParameterError(f"values is {values!r}; the values must increase")
+    allowed = [*model.variable_names, *([GAIN] if controller is not None else [])]
+    checks.known("parameter", [parameter], allowed)
+    if controller is not None and parameter == GAIN and GAIN in model.variable_names:
+        raise ParameterError(
+            f"{GAIN!r} is a parameter of {model.name} and the factor on its controller's commands; "
+            "rename the model's"
+        )
+    return targets
 
 
 @dataclass(frozen=True)
