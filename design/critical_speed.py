@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import optimize
 
 from design.dynamics import Dynamics, dynamics
+from design.mode_shape import ModeShape, displacement_rows
 from railenv import checks
 from railenv.equilibrium import Branch, Equilibrium, Point, SpeedPath, Stuck, find_equilibrium
 from railenv.errors import ParameterError
@@ -155,6 +156,13 @@ class CriticalSpeed:
             return f"the running equilibrium ends at {self.speed:.4f} m/s, as where a wheel lifts"
         at = f" at {self.frequency:.4f} Hz" if self.frequency is not None else ""
         return f"{self.loss} from {self.speed:.4f} m/s{at}"
+
+    @property
+    def mode_shape(self) -> ModeShape | None:
+        """The critical mode as an object that draws and animates itself; None where there is none."""
+        if self.mode is None or self.eigenvalue is None:
+            return None
+        return ModeShape.of(self._model, self.mode, self.eigenvalue, str(self))
 
     def plot(self, ax: Axes | None = None) -> control.ControlPlot:
         """Draw the critical mode: magnitude and phase of every displacement."""
@@ -345,7 +353,8 @@ class _Search:
             near = np.abs(eigenvalues - eigenvalues[k]) < _CLOSE * np.abs(eigenvalues).max()
             multiplicity = int(near.sum())
             mode = vectors[:n, k]
-            mode = mode / mode[np.argmax(np.abs(mode[: max(n // 2, 1)]))]
+            shape = mode[displacement_rows(self.model)]
+            mode = mode / shape[np.argmax(np.abs(shape))]
         oscillates = eigenvalue is not None and loss in ("hunting", "unstable at start")
         frequency = abs(eigenvalue.imag) / (2.0 * math.pi) if oscillates and eigenvalue else None
         return CriticalSpeed(
@@ -362,6 +371,6 @@ class _Search:
             model_name=self.model.name,
             state_names=self.model.state_names,
             inputs=self.start.inputs,
-            period=getattr(self.dynamics, "period", None),
+            period=self.dynamics.period,
             _model=self.model,
         )
