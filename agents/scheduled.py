@@ -217,7 +217,10 @@ class ScheduledController(Controller):
         )
 
     def steady(self, signals: Array) -> Array:
-        """Return the moments (N m) that it settles at when the signals never change."""
+        """Return the moments (N m) that it settles at when the signals never change.
+
+        Not limited: where this exceeds the limit the actuator saturates, and nothing is linear.
+        """
         A, B, C, D, E = self.law.at_one(float(signals[self._speed_at]))
         if not len(A):
             return np.asarray(D @ signals)
