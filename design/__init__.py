@@ -11,7 +11,7 @@ from design.cycle_plots import phase_portrait
 from design.cycles import Cycle, CycleBranch, CycleError, SpecialPoint, cycle_branch
 from design.diagram import SimulatedDiagram, simulated_diagram
 from design.equilibrium import equilibrium
-from design.feedback import Feedback, LinearFeedback, StaticFeedback
+from design.feedback import Feedback, LinearFeedback, ScaledFeedback, StaticFeedback
 from design.hopf import HopfPoint, hopf_point
 from design.hunting_map import HuntingMap, hunting_map
 from design.linearization import discretize, linearize
@@ -21,6 +21,8 @@ from design.reduction import balanced, minimal, transfer_function
 from design.sampled import ClosedLoop, closed_loop
 from design.simulated_cycle import simulated_cycle
 from design.spectrum import Spectrum, spectrum
+from design.stability_map import StabilityMap, stability_map
+from design.study import Study, run_study
 from design.sweep import CurveSweep, curve_sweep
 
 __all__ = [
@@ -35,12 +37,15 @@ __all__ = [
     "HopfPoint",
     "HuntingMap",
     "LinearFeedback",
+    "ScaledFeedback",
     "SimulatedDiagram",
     "SpecialPoint",
     "Spectrum",
     "SpeedLocus",
     "SpeedRamp",
+    "StabilityMap",
     "StaticFeedback",
+    "Study",
     "balanced",
     "closed_loop",
     "critical_speed",
@@ -54,10 +59,12 @@ __all__ = [
     "linearize",
     "minimal",
     "phase_portrait",
+    "run_study",
     "simulated_cycle",
     "simulated_diagram",
     "spectrum",
     "speed_locus",
     "speed_ramp",
+    "stability_map",
     "transfer_function",
 ]

@@ -16,7 +16,7 @@ import control
 import numpy as np
 from numpy.typing import NDArray
 
-from design.feedback import CONDITIONS, Feedback, age_of, as_feedback
+from design.feedback import CONDITIONS, Feedback, age_of, as_feedback, steady_gain
 from design.linearization import held_inputs
 from railenv import checks
 from railenv.equilibrium import Point, find_equilibrium
@@ -239,7 +239,7 @@ class SampledDynamics:
             excess = commands - self.feedback.steady(signals)
             if not np.abs(excess).max(initial=0.0) > _STEADY * self._size:
                 return state, commands, jacobian
-            gain = _steady_gain(self.feedback.linearize(signals)) @ self._selection
+            gain = steady_gain(self.feedback.linearize(signals)) @ self._selection
             to_commands = gain[:, n:].reshape(len(chosen), self._ages, len(chosen)).sum(axis=1)
             matrix = np.block(
                 [[jacobian[:, :n], jacobian[:, n:][:, chosen]], [-gain[:, :n], -to_commands]]
@@ -338,10 +338,3 @@ def continuous(multipliers: Complex, period: float) -> Complex:
     """Return multipliers over a period (s) as eigenvalues in continuous time, 1/s."""
     magnitude = np.maximum(np.abs(multipliers), _SMALLEST_MULTIPLIER)
     return (np.log(magnitude) + 1j * np.angle(multipliers)) / period
-
-
-def _steady_gain(controller: control.StateSpace) -> Array:
-    if controller.nstates == 0:
-        return np.asarray(controller.D)
-    inner = np.eye(controller.nstates) - controller.A
-    return np.asarray(controller.D + controller.C @ np.linalg.lstsq(inner, controller.B, rcond=None)[0])

@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import copy
+import hashlib
 import keyword
 from collections.abc import Callable, Mapping, Sequence
 from types import ModuleType, SimpleNamespace
@@ -129,6 +130,11 @@ class Model:
     def variable_names(self) -> tuple[str, ...]:
         """Names of the quantities that :meth:`replace` changes."""
         return tuple(self.parameters)
+
+    @property
+    def equations_hash(self) -> str:
+        """Hash of the text of the kernels: another where the equations are others."""
+        return hashlib.sha256(self._source.encode()).hexdigest()[:16]
 
     def replace(self, **changes: float) -> Self:
         """Return the same model with some parameters changed; kernels are shared.
