@@ -16,7 +16,7 @@ from design.feedback import as_feedback
 from design.map_cells import CellFunction, Quantity
 from design.places import Place
 from design.store import Record
-from design.study import run_study
+from design.study import Study, run_study
 from railenv import checks
 from railenv.equipment import Actuator, Sensors
 from railenv.errors import ParameterError
@@ -259,17 +259,15 @@ def stability_map(
         tuple(axis.name for axis in chosen),
         quantity,
         None if speed is None else checks.speed(speed),
-        speed_range,
+        (float(speed_range[0]), float(speed_range[1])),
         controller,
         period,
     )
-    feedback = None if controller is None else as_feedback(controller, model, period)
     _check_values(function, chosen)
     model.kernels()  # compiled and cached before the workers ask for them, all at once
-    cells = [(u, v) for u in chosen[0].values.tolist() for v in chosen[1].values.tolist()]
     found = run_study(
         function,
-        cells,
+        [(u, v) for u in chosen[0].values.tolist() for v in chosen[1].values.tolist()],
         batches=_batches(chosen, quantity),
         store=store,
         settings=function.settings({axis.name: axis.values for axis in chosen}),
@@ -277,17 +275,24 @@ def stability_map(
         progress=progress,
         title=f"stability map, {model.name}",
     )
-    held = {"radius": float(radius), "cant": float(cant)}
-    if function.speed is not None:
-        held["speed"] = function.speed
+    return _assembled(function, chosen, found)
+
+
+def _assembled(function: CellFunction, axes: tuple[Axis, Axis], found: Study) -> StabilityMap:
+    """Return the map that the records of a study make."""
+    place = function.place
+    held = {"radius": place.radius, "cant": place.cant, "speed": function.speed}
+    period: float | None = None
+    if function.controller is not None:
+        period = as_feedback(function.controller, place.model, function.period).period
     return StabilityMap(
-        model_name=model.name,
-        quantity=quantity,
-        axes=chosen,
-        held={name: v for name, v in held.items() if name not in function.names},
-        speed_range=(float(speed_range[0]), float(speed_range[1])),
-        period=None if feedback is None else feedback.period,
-        **_arrays(found.records, quantity, (chosen[0].values.size, chosen[1].values.size)),
+        model_name=place.model.name,
+        quantity=function.quantity,
+        axes=axes,
+        held={n: v for n, v in held.items() if v is not None and n not in function.names},
+        speed_range=function.speed_range,
+        period=period,
+        **_arrays(found.records, function.quantity, (axes[0].values.size, axes[1].values.size)),
         ended=found.ended,
     )
 

@@ -54,7 +54,8 @@ def run_study(
     Parameters
     ----------
     function : callable
-        Takes some cells and returns a record for each: a dict of numbers, strings, None and lists.
+        Takes some cells and returns a record for each: a dict of finite numbers, strings, None and
+        lists of these.
     cells : sequence
     batches : sequence of sequences of int, optional
         Which cells (by index) go to the function together; each alone when left out. Results arrive,

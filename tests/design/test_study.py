@@ -146,9 +146,8 @@ def _started(tmp_path, n_jobs):
     return process, store
 
 
-@pytest.mark.parametrize("n_jobs", [1, 2])
-def test_cells_survive_that_the_process_is_killed(tmp_path, n_jobs):
-    process, store = _started(tmp_path, n_jobs)
+def test_cells_survive_that_the_process_is_killed(tmp_path):
+    process, store = _started(tmp_path, n_jobs=2)
     os.killpg(process.pid, signal.SIGKILL)
     process.wait()
     kept = Store(store, {}).records
