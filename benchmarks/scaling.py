@@ -102,9 +102,9 @@ def measure(workers: int) -> Measured:
     times = [r["processor"] for r in found.records if r is not None]
     tasks = []
     for _ in range(REPETITIONS):
-        begin = time.perf_counter()
+        begin = time.process_time()
         design.run_study(Idle(function), cells, batches=batches, n_jobs=workers)
-        tasks.append((time.perf_counter() - begin) / len(batches))
+        tasks.append((time.process_time() - begin) / len(batches))
     return Measured(workers, start, elapsed, statistics.median(times), sum(times), min(tasks))
 
 
