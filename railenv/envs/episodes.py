@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railenv import checks
-from railenv.envs.settings import CANT_BASE, LOWEST_SPEED, RANDOMIZABLE, Settings
+from railenv.envs.observation import CANT_BASE
+from railenv.envs.settings import LOWEST_SPEED, RANDOMIZABLE, Settings
 from railenv.errors import ParameterError
 from railenv.irregularity import SAMPLES, SPACING
 from railenv.vehicles import Vehicle

@@ -9,17 +9,14 @@ from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
 from railenv import checks
+from railenv.envs.observation import Observation
 from railenv.equipment import PLACES, Actuator, Equipped, Place, Sensors
 from railenv.errors import ParameterError
 from railenv.irregularity import Level
 from railenv.models import Bogie, DualWheelset
 from railenv.vehicles import HIGH_SPEED_COACH, TABLE_1, Vehicle
 
-Observation = Literal["state", "sensors"]
 TrackPlan = Literal["constant", "curve"]
-
-CANT_BASE = 1.5
-"""m, the base over which cant is measured in millimetres."""
 
 LOWEST_SPEED = 5.0
 """m/s, below which no episode runs: the window of Nadal's criterion could not hold 2 m of track."""

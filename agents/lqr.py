@@ -1,0 +1,66 @@
+"""Linear-quadratic regulator from the full state: what could be done if everything were measured."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Self
+
+import numpy as np
+
+from agents.controller import equipped
+from agents.scheduled import CONTROL_PERIOD, Law, ScheduledController, readings_of
+from design.regulator import Weights, lqr
+from railenv import Bogie, DualWheelset, Equipped, checks
+from railenv.errors import ParameterError
+
+
+class LQR(ScheduledController):
+    """Feedback of all lateral states, actuators and commands on their way, fixed or scheduled.
+
+    It acts on deviations from tangent running: on a curve, where lateral states have a steady part, it
+    also has a steady moment.
+    """
+
+    @classmethod
+    def design(
+        cls,
+        model: Bogie | DualWheelset | Equipped,
+        *,
+        speed: float | None = None,
+        speeds: Sequence[float] | None = None,
+        weights: Weights | None = None,
+        period: float = CONTROL_PERIOD,
+    ) -> Self:
+        """Design one at a speed (m/s), or at several speeds to be scheduled over.
+
+        Parameters
+        ----------
+        model : Bogie, DualWheelset or Equipped
+        speed, speeds : float or sequence of float
+            One of them, m/s.
+        weights : design.Weights, optional
+        period : float
+            Control period, s.
+        """
+        vehicle = equipped(model)
+        nodes = speed_nodes(speed, speeds)
+        readings = readings_of(vehicle, "state", period)
+        signals = [reading.signal for reading in readings]
+        w = Weights() if weights is None else weights
+        D = np.zeros((len(nodes), len(vehicle.command_names), len(readings)))
+        for k, v in enumerate(nodes):
+            regulator = lqr(vehicle, speed=v, weights=w, period=period)
+            columns = [signals.index(label) for label in regulator.system.state_labels]
+            D[k][:, columns] = -regulator.gain
+        about = {"weights": dataclasses.asdict(w), "vehicle": vehicle.plant.vehicle.name}
+        limit = vehicle.actuator.limit
+        law = Law.of(nodes, D)
+        return cls(law, readings, vehicle.command_names, limit, "state", period, about)
+
+
+def speed_nodes(speed: float | None, speeds: Sequence[float] | None) -> list[float]:
+    """Return the speeds (m/s) at which a controller is designed."""
+    if (speed is None) == (speeds is None):
+        raise ParameterError(f"speed is {speed!r} and speeds is {speeds!r}; give one of them")
+    return [checks.speed(v) for v in ([speed] if speeds is None else speeds)]
