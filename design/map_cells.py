@@ -25,6 +25,7 @@ from railenv.equilibrium import Point, follow_speeds
 from railenv.equipment import Equipped
 from railenv.errors import EquilibriumError
 from railenv.models import Model
+from railenv.threads import one_blas_thread
 
 Quantity = Literal["critical_speed", "damping", "growth"]
 Cell = tuple[float, ...]
@@ -67,7 +68,8 @@ class CellFunction:
         """Return the records of some cells."""
         if self.quantity == "critical_speed":
             return [self._critical(cell) for cell in cells]
-        return self._dampings(cells)
+        with one_blas_thread():
+            return self._dampings(cells)
 
     def place_of(self, cell: Cell) -> Place:
         """Return model and curve of a cell."""
