@@ -36,6 +36,8 @@ from design.robust import RobustCriticalSpeed, robust_critical_speed
 from design.sampled import ClosedLoop, closed_loop, open_loop
 from design.simulated_cycle import simulated_cycle
 from design.spectrum import Spectrum, spectrum
+from design.stability_map import StabilityMap, stability_map
+from design.study import Study, run_study
 from design.sweep import CurveSweep, curve_sweep
 
 __all__ = [
@@ -67,7 +69,9 @@ __all__ = [
     "Spectrum",
     "SpeedLocus",
     "SpeedRamp",
+    "StabilityMap",
     "StaticFeedback",
+    "Study",
     "VehicleLocus",
     "Weights",
     "balanced",
@@ -91,10 +95,12 @@ __all__ = [
     "parameter_locus",
     "phase_portrait",
     "robust_critical_speed",
+    "run_study",
     "simulated_cycle",
     "simulated_diagram",
     "spectrum",
     "speed_locus",
     "speed_ramp",
+    "stability_map",
     "transfer_function",
 ]

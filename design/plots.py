@@ -137,7 +137,8 @@ def plot_robust(
         return _drawn(ax)
 
 
-_RADIUS_TICKS = [100, 250, 500, 1000, 2500, 5000, 10000, 25000, 50000]
+RADIUS_TICKS = [100, 250, 500, 1000, 2500, 5000, 10000, 25000, 50000]
+"""m, of logarithmic axes."""
 
 LOSS_MARKERS = {
     "hunting": ("o", "hunting"),
@@ -166,7 +167,7 @@ def plot_sweep(
             height = sweep.speed if loss != "none" else np.full(len(losses), sweep.highest_speed)
             ax.plot(sweep.radius[chosen], height[chosen], marker, color=color, ms=5, mew=1.3)
         ax.set_xscale("log")
-        ax.xaxis.set_major_locator(FixedLocator(_RADIUS_TICKS))
+        ax.xaxis.set_major_locator(FixedLocator(RADIUS_TICKS))
         ax.xaxis.set_minor_locator(NullLocator())
         ax.xaxis.set_major_formatter(ScalarFormatter())
         ax.set_xlabel("curve radius (m)")

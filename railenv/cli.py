@@ -414,6 +414,54 @@ def bifurcation(
         _save(found.draw(), plot)
 
 
+@app.command("map")
+def stability_map(
+    x: Annotated[
+        str,
+        typer.Option("--x", help="First parameter, as radius:500:20000:40:log or radius:500,1000,inf."),
+    ],
+    y: Annotated[str, typer.Option("--y", help="Second parameter, as conicity:0.05:0.4:40.")],
+    vehicle: VehicleOption = "HIGH_SPEED_COACH",
+    model: ModelOption = "bogie",
+    quantity: Annotated[
+        Literal["critical-speed", "damping", "growth"], typer.Option(help="What to map.")
+    ] = "critical-speed",
+    speed: Annotated[
+        float | None, typer.Option("--speed", "-s", help="Speed for damping and growth, m/s.")
+    ] = None,
+    radius: RadiusOption = math.inf,
+    cant: CantOption = 0.0,
+    store: Annotated[
+        Path | None, typer.Option(help="Keep finished cells in this file; a rerun continues it.")
+    ] = None,
+    jobs: Annotated[int, typer.Option(help="Processes; -1 is one for each processor.")] = -1,
+    changes: SetOption = None,
+    plot: PlotOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Map critical speed, damping or growth rate over two parameters, in parallel."""
+    from railenv import cli_map as command
+
+    found = command.stability_map(
+        _model(model, vehicle, changes),
+        (x, y),
+        quantity=quantity,
+        speed=speed,
+        radius=radius,
+        cant=cant,
+        store=store,
+        n_jobs=jobs,
+        progress=not as_json and err.is_terminal,
+    )
+    if as_json:
+        _print_json(found.summary)
+    else:
+        for part in found.shown:
+            out.print(part, highlight=False)
+    if plot:
+        _save(found.draw(), plot)
+
+
 @app.command()
 def simulate(
     speed: Annotated[float, typer.Option("--speed", "-s", help="Forward speed, m/s.")],
