@@ -109,9 +109,11 @@ class CurveResult:
     disturbed : float or None
         Up to where a lateral offset of 9 mm of all bodies dies out.
     ramp : float or None
-        Where established hunting stops when the vehicle slows down.
+        Where established hunting stops when the vehicle slows down; None if it goes on at the lowest
+        speed, or was not established.
     established : bool
-        Whether hunting could be established at all, beyond the linear critical speed.
+        Whether hunting could be established at all: beyond the linear critical speed, or as far as
+        there is a running equilibrium.
     disturbed_by_friction : mapping of str to (float or None)
         As ``disturbed``, at other coefficients of friction.
     deficiency_limit : float or None
@@ -131,10 +133,13 @@ class CurveResult:
 
     @property
     def nonlinear(self) -> float | None:
-        """The lower of both readings of the nonlinear critical speed, m/s."""
-        if self.disturbed is None or self.ramp is None:
-            return None
-        return min(self.disturbed, self.ramp)
+        """The lower of both readings of the nonlinear critical speed, m/s.
+
+        Where hunting cannot be established there is only the one from a disturbance.
+        """
+        if not self.established:
+            return self.disturbed
+        return None if self.disturbed is None or self.ramp is None else min(self.disturbed, self.ramp)
 
     @property
     def name(self) -> str:
@@ -341,7 +346,7 @@ class _Evaluator:
                 if start <= self.plan.speed_range[0]:
                     return None, False
                 continue
-            return found.stops, found.established
+            return (found.stops if found.established else None), found.established
 
     def linear(
         self, model: Equipped, radius: float, cant: float

@@ -7,6 +7,7 @@ from os import PathLike
 from agents.files import read
 from agents.lqg import LQG
 from agents.lqr import LQR
+from agents.output_feedback import OutputFeedback
 from agents.passive import Passive
 from agents.scheduled import ScheduledController
 from agents.yaw_rate import YawRateFeedback
@@ -15,6 +16,7 @@ from railenv import checks
 _SCHEDULED: tuple[type[ScheduledController], ...] = (
     LQG,
     LQR,
+    OutputFeedback,
     Passive,
     ScheduledController,
     YawRateFeedback,
