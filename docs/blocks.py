@@ -1,4 +1,4 @@
-"""Blocks of a page that a script makes: what stands between ``<!-- made: name -->`` and ``<!-- end -->``.
+"""Blocks of a page that a script makes: between ``<!-- made: name -->`` and ``<!-- end -->``.
 
 The text around the blocks is edited in the page itself.
 """

@@ -11,8 +11,6 @@ import gymnasium
 import railenv
 from railenv.vehicles import ParameterRecord, describe
 
-PACKAGES = ("railenv", "design", "agents")
-
 project = "railenv"
 author = "the railenv authors"
 version = release = railenv.__version__
@@ -32,7 +30,10 @@ myst_heading_anchors = 4
 
 # Names in the docstrings' cross-references must exist; types in prose need not be links.
 nitpicky = True
-nitpick_ignore_regex = [("py:(class|data|exc|attr)", ".*"), ("py:(mod|func|meth)", "(numpy|control|math).*")]
+nitpick_ignore_regex = [
+    ("py:(class|data|exc|attr)", ".*"),
+    ("py:(mod|func|meth)", "(numpy|control|math).*"),
+]
 
 autodoc_member_order = "alphabetical"
 autodoc_typehints = "none"
@@ -73,9 +74,9 @@ def _docstring(app: Any, what: str, name: str, obj: Any, options: Any, lines: li
         rows = [row for row in describe(obj) if row.unit]
         fields = [f"- ``{row.name}`` ({row.unit}): {row.meaning}" for row in rows]
         lines += ["", ".. rubric:: Fields", "", *fields, ""]
-    base = obj.__base__
-    if base.__module__.partition(".")[0] in PACKAGES and hasattr(railenv, base.__name__):
-        lines += ["", f"It also has what a :class:`railenv.{base.__name__}` has.", ""]
+    public = (base.__name__ for base in obj.__mro__[1:] if base.__name__ in railenv.__all__)
+    if base := next(public, None):
+        lines += ["", f"It also has what a :class:`railenv.{base}` has.", ""]
 
 
 def setup(app: Any) -> None:

@@ -42,12 +42,18 @@ class Box:
 
 
 BOXES = {
-    "equations": Box(250, 0, 230, "railenv/equations", "plain functions of scalars", "railenv/equations"),
+    "equations": Box(
+        250, 0, 230, "railenv/equations", "plain functions of scalars", "railenv/equations"
+    ),
     "physics": Box(560, 0, 190, "docs/physics.md", "the same as LaTeX", "docs/physics.md"),
-    "graph": Box(250, 1, 230, "kernels/graph", "assignments, exact derivatives", "railenv/kernels/graph.py"),
+    "graph": Box(
+        250, 1, 230, "kernels/graph", "assignments, exact derivatives", "railenv/kernels/graph.py"
+    ),
     "source": Box(250, 2, 230, "kernels/source", "text of rhs, jacobian", "railenv/kernels/source.py"),
     "generated": Box(560, 2, 190, "generated kernels", "checked in", "railenv/kernels/bogie.py"),
-    "loader": Box(250, 3, 230, "kernels/loader", "one text, its hash, Numba", "railenv/kernels/loader.py"),
+    "loader": Box(
+        250, 3, 230, "kernels/loader", "one text, its hash, Numba", "railenv/kernels/loader.py"
+    ),
     "runtime": Box(560, 3, 190, "kernels/runtime", "tan, sin, cos, RK4", "railenv/kernels/runtime.py"),
     "vehicles": Box(560, 4, 200, "vehicles, equipment", "parameters, TOML", "railenv/vehicles.py"),
     "models": Box(250, 4, 230, "models", "Model, Evaluator", "railenv/models.py"),
@@ -96,7 +102,8 @@ text { font-family: system-ui, sans-serif; text-anchor: middle; fill: #1d2733; }
 def _box(box: Box) -> str:
     left = box.x - box.width / 2
     return (
-        f'<rect class="box" x="{left:g}" y="{box.y:g}" width="{box.width:g}" height="{HEIGHT}" rx="5"/>\n'
+        f'<rect class="box" x="{left:g}" y="{box.y:g}" rx="5" '
+        f'width="{box.width:g}" height="{HEIGHT}"/>\n'
         f'<text class="title" x="{box.x:g}" y="{box.y + 19:g}">{escape(box.title)}</text>\n'
         f'<text class="text" x="{box.x:g}" y="{box.y + 37:g}">{escape(box.text)}</text>'
     )

@@ -1,8 +1,8 @@
 """Write the equations of docs/physics.md from the code: ``python docs/make_equations.py``.
 
-The functions of :mod:`railenv.equations` are run on symbols, and what they return is printed in the order
-in which it is written there. A function's result that another one uses appears there under its name.
-The text around the equations is edited in the page itself; each block stands between two comments.
+The functions of :mod:`railenv.equations` are run on symbols, and what they return is printed in the
+order in which it is written there. A function's result that another one uses appears there under its
+name. The text around the equations is edited in the page itself.
 """
 
 from __future__ import annotations
@@ -16,6 +16,27 @@ from typing import Any
 
 import sympy
 from blocks import refilled
+from symbols import (
+    ALPHA,
+    BETA,
+    CONTACT,
+    COOPERRIDER,
+    EPSILON,
+    FRAME,
+    RAIL,
+    RAIL_FORCE,
+    RUN,
+    SIDE,
+    SUSPENSION,
+    WHEELSET,
+    WIDTH,
+    P,
+    W,
+    like,
+    motion,
+    names_of,
+    wheel_symbols,
+)
 from written import Names, block, equation, latex, named, over, tidy, traced
 
 from railenv.equations import (
@@ -30,83 +51,13 @@ from railenv.equations import (
     suspension,
     wheelset,
 )
-from railenv.equations.coordinates import AT_REST, Motion, Rail, Running
-from railenv.equipment import Actuator, Sensors
+from railenv.equations.coordinates import AT_REST, Motion, Rail
 from railenv.vehicles import COOPERRIDER as COOPERRIDER_VALUES
-from railenv.vehicles import CooperriderParameters, Vehicle, describe
+from railenv.vehicles import CooperriderParameters, describe
 
 PAGE = Path(__file__).resolve().parent / "physics.md"
 
 Function = Callable[..., Any]
-
-# ------------------------------------------------------------------------------- symbols
-
-_GREEK = {"lambda", "mu", "delta", "zeta", "Psi", "Phi", "phi", "psi"}
-_SYMBOLS = {"G pi a b": "G", "mu N": r"\mu N", "M_max": r"M_{\max}", "dM_max": r"\dot M_{\max}"}
-_SWITCHES = {"wheelbase_curving": "c", "printed_loads": "p"}
-
-
-def _symbol_of(text: str) -> sympy.Symbol:
-    """Turn a symbol of the tables of parameters into LaTeX: ``K_px``, ``lambda``."""
-    if text in _SYMBOLS:
-        return sympy.Symbol(_SYMBOLS[text])
-    head, _, index = text.partition("_")
-    head = f"\\{head}" if head in _GREEK else head
-    index = rf"\mathrm{{{index}}}" if len(index) > 2 and head in "fb" else index
-    return sympy.Symbol(f"{head}_{{{index}}}" if index else head)
-
-
-def parameters(*records: type, **values: Any) -> SimpleNamespace:
-    """Return symbols for all quantities of parameter records, under their names in the equations."""
-    rows = [row for record in records for row in describe(record) if row.symbol]
-    found = {row.name: _symbol_of(row.symbol) for row in rows}
-    found |= {name: sympy.Symbol(symbol) for name, symbol in _SWITCHES.items()}
-    found |= {f"actuator_{row.name}": _symbol_of(row.symbol) for row in describe(Actuator)}
-    return SimpleNamespace(**{**found, **values})
-
-
-def motion(index: str = "", star: str = "") -> Motion:
-    """Return the coordinates and rates of a body."""
-    subscript = f"_{{{index}}}" if index else star
-    return Motion(
-        *(sympy.Symbol(f"{c}{subscript}") for c in ("y", "z", r"\phi", r"\psi")),
-        *(sympy.Symbol(rf"\dot {c}{subscript}") for c in ("y", "z", r"\phi", r"\psi")),
-    )
-
-
-def like(kind: Any, text: str, index: str) -> Any:
-    """Return a record of symbols; ``text`` has the LaTeX of each field, ``@`` where the index goes."""
-    return kind(*(sympy.Symbol(part.replace("@", index)) for part in text.split()))
-
-
-P = parameters(Vehicle, Actuator, Sensors)
-COOPERRIDER = parameters(CooperriderParameters)
-RUN = Running(*map(sympy.Symbol, ("V", r"\kappa", r"\phi_{se}")))
-RAIL = Rail(*map(sympy.Symbol, ("y_{t}", "z_{t}", r"\phi_{t}")))
-SIDE = sympy.Symbol(r"\sigma")
-WHEELSET = sympy.Symbol("s")
-W, FRAME = motion(), motion("b")
-ALPHA, BETA = sympy.Symbol(r"\alpha"), sympy.Symbol(r"\beta")
-EPSILON, WIDTH = sympy.Symbol(r"\varepsilon"), sympy.Symbol("w")
-
-_WHEEL = (
-    r"@ r_{@} \gamma_{@} N_{y@} N_{z@} N_{@} F^{\ast}_{x@} F^{\ast}_{y@} M^{\ast}_{z@}"
-)
-_RAIL_FORCE = r"@ F_{x@} F_{y@} F_{z@} M_{x@} M_{z@} R_{x@} R_{y@} R_{z@}"
-_SUSPENSION = "F_{sy@} F_{sz@} M_{sx@} M_{sz@}"
-_CONTACT = "F_{cy} F_{cz} M_{cx} M_{cz}"
-
-
-def wheel_symbols(index: str) -> contact.Wheel:
-    """Return what one wheel feels, as symbols."""
-    return like(contact.Wheel, _WHEEL, index)
-
-
-def names_of(results: Any, symbols: Any) -> dict[sympy.Expr, sympy.Expr]:
-    """Name each result of a function by the symbol at the same place."""
-    pairs = zip(results, symbols, strict=True)
-    return {expression: symbol for expression, symbol in pairs if isinstance(expression, sympy.Expr)}
-
 
 # ------------------------------------------------------------------------------ equations
 
@@ -201,15 +152,17 @@ def _saturation() -> list[str]:
 
 def _rail_force() -> list[str]:
     found = traced(contact.rail_force, wheel_symbols(r"\sigma"), ALPHA, W, P)
-    lefts = " ; ".join(str(s) for s in like(contact.RailForce, _RAIL_FORCE, r"\sigma")[1:])
+    lefts = " ; ".join(str(s) for s in like(contact.RailForce, RAIL_FORCE, r"\sigma")[1:])
     return rows(lefts, found[1:])
 
 
 def _flange() -> list[str]:
     y = sympy.Symbol("y")
     spring = traced(contact.flange_spring, SIDE, y, P)
-    sides = {traced(contact.flange_spring, side, y, P): sympy.Symbol(f"T_{{{name}}}(y)")
-             for side, name in ((+1, "L"), (-1, "R"))}
+    sides = {
+        traced(contact.flange_spring, side, y, P): sympy.Symbol(f"T_{{{name}}}(y)")
+        for side, name in ((+1, "L"), (-1, "R"))
+    }
     blend = sympy.Float(contact.FLANGE_BLEND**2)
     return [
         *rows(r"T_{\sigma}(y)", [spring], {blend: WIDTH**2}),
@@ -221,7 +174,7 @@ def _contact() -> list[str]:
     forces = traced(contact.rail_forces, W, RAIL, RUN, P)
     names: dict[sympy.Expr, sympy.Expr] = {}
     for force, index in zip(forces, ("L", "R"), strict=True):
-        pairs = names_of(force, like(contact.RailForce, _RAIL_FORCE, index))
+        pairs = names_of(force, like(contact.RailForce, RAIL_FORCE, index))
         names |= {e: s for e, s in pairs.items() if str(s) != f"F_{{x{index}}}"} | {
             force.force_x: sympy.Symbol(f"F_{{x{index}}}")
         }
@@ -229,14 +182,14 @@ def _contact() -> list[str]:
         flange = contact.flange_force(W.y - RAIL.align, P)
     names[flange] = sympy.Symbol(r"F_{t}(y - y_{t})")
     found = traced(contact.contact, W, RAIL, RUN, P)
-    return rows(_CONTACT.replace(" ", ";"), found, names)
+    return rows(CONTACT.replace(" ", ";"), found, names)
 
 
 def _yaw_damper() -> list[str]:
     return rows("F_{d}(v)", [traced(suspension.yaw_damper_force, sympy.Symbol("v"), P)])
 
 
-def _damper_of(s: sympy.Expr, w: Motion, frame: Motion) -> dict[sympy.Expr, sympy.Expr]:
+def _damper_of(w: Motion, frame: Motion) -> dict[sympy.Expr, sympy.Expr]:
     """Name the force of the yaw damper in the primary suspension, with the speed it sees."""
     with sympy.evaluate(False):
         speed = -P.primary_arm * (frame.dpsi - w.dpsi)
@@ -247,19 +200,19 @@ def _damper_of(s: sympy.Expr, w: Motion, frame: Motion) -> dict[sympy.Expr, symp
 def _primary() -> list[str]:
     w = motion("w")
     found = traced(suspension.primary, WHEELSET, w, FRAME, RUN, P)
-    lefts = " ; ".join(_SUSPENSION.replace("@", "").split())
-    return rows(lefts, found, _damper_of(WHEELSET, w, FRAME))
+    lefts = " ; ".join(SUSPENSION.replace("@", "").split())
+    return rows(lefts, found, _damper_of(w, FRAME))
 
 
 def _primary_at_rest() -> list[str]:
     w = motion("w")
     found = traced(suspension.primary, WHEELSET, w, AT_REST, RUN, P)
-    lefts = " ; ".join(_SUSPENSION.replace("@", "").split())
-    return rows(lefts, found, _damper_of(WHEELSET, w, AT_REST))
+    lefts = " ; ".join(SUSPENSION.replace("@", "").split())
+    return rows(lefts, found, _damper_of(w, AT_REST))
 
 
 def _primary_reaction() -> list[str]:
-    on_wheelset = like(suspension.SuspensionForce, _SUSPENSION, "")
+    on_wheelset = like(suspension.SuspensionForce, SUSPENSION, "")
     found = traced(suspension.primary_reaction, WHEELSET, on_wheelset, P)
     return rows(r"\bar F_{sy} ; \bar F_{sz} ; \bar M_{sx} ; \bar M_{sz}", found)
 
@@ -301,12 +254,10 @@ def _load_names(carried: loads.CarriedMass) -> dict[sympy.Expr, sympy.Expr]:
 
 
 def _wheelset() -> list[str]:
-    forces = like(suspension.SuspensionForce, _SUSPENSION, "")
+    forces = like(suspension.SuspensionForce, SUSPENSION, "")
     moment = sympy.Symbol("M_{w}")
     found = traced(wheelset.accelerations, W, RAIL, forces, moment, CARRIED, RUN, P)
-    names = names_of(
-        traced(contact.contact, W, RAIL, RUN, P), map(sympy.Symbol, _CONTACT.split())
-    )
+    names = names_of(traced(contact.contact, W, RAIL, RUN, P), map(sympy.Symbol, CONTACT.split()))
     inertias = [P.wheelset_mass, P.wheelset_mass, P.wheelset_roll_inertia, P.wheelset_yaw_inertia]
     left = r"\ddot y ; \ddot z ; \ddot\phi ; \ddot\psi"
     return balances(left, found, inertias, names | _load_names(CARRIED))
@@ -349,9 +300,9 @@ def _dual_wheelset() -> list[str]:
     for i, (s, w) in enumerate(zip((+1, -1), motions, strict=True)):
         index = str(i + 1)
         on = traced(suspension.primary, s, w, AT_REST, RUN, P)
-        names |= names_of(on, like(suspension.SuspensionForce, _SUSPENSION, index))
+        names |= names_of(on, like(suspension.SuspensionForce, SUSPENSION, index))
         rail = Rail(u[2 + i], u[4 + i], u[6 + i])
-        marks = [sympy.Symbol(m.replace("}", index + "}")) for m in _CONTACT.split()]
+        marks = [sympy.Symbol(m.replace("}", index + "}")) for m in CONTACT.split()]
         names |= names_of(traced(contact.contact, w, rail, RUN, P), marks)
     inertias = [P.wheelset_mass, P.wheelset_mass, P.wheelset_roll_inertia, P.wheelset_yaw_inertia]
     left = " ; ".join(rf"\ddot {c}_{{w{i}}}" for i in (1, 2) for c in ("y", "z", r"\phi", r"\psi"))
@@ -414,10 +365,8 @@ def _signals() -> list[str]:
     names: dict[sympy.Expr, sympy.Expr] = {}
     with sympy.evaluate(False):
         y = motions[0].y - rail.align
-    for force, index in zip(
-        traced(contact.rail_forces, motions[0], rail, RUN, P), "LR", strict=True
-    ):
-        marks = like(contact.RailForce, _RAIL_FORCE, index)
+    for force, index in zip(traced(contact.rail_forces, motions[0], rail, RUN, P), "LR", strict=True):
+        marks = like(contact.RailForce, RAIL_FORCE, index)
         names |= {force.force_y: marks.force_y, force.force_z: marks.force_z}
         spring = traced(contact.flange_spring, force.side, y, P)
         names[spring] = sympy.Symbol(f"T_{{{index}}}(y - y_{{t}})")
@@ -452,9 +401,7 @@ def _cooperrider_springs() -> list[str]:
         cooperrider.secondary, FRAME.y, FRAME.psi, FRAME.phi, FRAME.dy, FRAME.dphi, COOPERRIDER
     )
     flange = traced(cooperrider.flange_force, sympy.Symbol("y"), COOPERRIDER)
-    return rows(
-        "A_{i} ; B_{i} ; A_{5} ; A_{6} ; A_{7} ; F_{T}(y)", [*primary, *secondary, flange]
-    )
+    return rows("A_{i} ; B_{i} ; A_{5} ; A_{6} ; A_{7} ; F_{T}(y)", [*primary, *secondary, flange])
 
 
 def _cooperrider_parameters() -> list[str]:
@@ -481,9 +428,7 @@ def _cooperrider() -> list[str]:
         names |= names_of(creep, [sympy.Symbol(rf"\xi_{{{c}{i}}}") for c in "xy"])
         names[traced(cooperrider.creep_force, xi, p)] = sympy.Symbol(f"q_{{{i}}}")
         names[traced(cooperrider.flange_force, w.y, p)] = sympy.Symbol(f"F_{{T}}(y_{{{i}}})")
-    reaction = traced(
-        cooperrider.secondary, FRAME.y, FRAME.psi, FRAME.phi, FRAME.dy, FRAME.dphi, p
-    )
+    reaction = traced(cooperrider.secondary, FRAME.y, FRAME.psi, FRAME.phi, FRAME.dy, FRAME.dphi, p)
     names |= names_of(reaction, [sympy.Symbol(f"A_{{{i}}}") for i in "567"])
     inertias = [p.wheelset_mass, p.wheelset_yaw_inertia] * 2
     inertias += [p.frame_mass, p.frame_yaw_inertia, p.frame_roll_inertia]
@@ -511,9 +456,7 @@ SHOWN = {
     "contact": Shown((contact.contact,), _contact, "The sums over the wheels in eq 6"),
     "yaw damper": Shown((suspension.yaw_damper_force,), _yaw_damper, "Eq 7"),
     "primary": Shown((suspension.primary,), _primary, "Eqs 8 and 12, on a wheelset"),
-    "primary reaction": Shown(
-        (suspension.primary_reaction,), _primary_reaction, "Eq 12, on the frame"
-    ),
+    "primary reaction": Shown((suspension.primary_reaction,), _primary_reaction, "Eq 12, on the frame"),
     "primary at rest": Shown(
         (suspension.primary,), _primary_at_rest, "Eqs 8 and 12 with a frame at rest"
     ),
@@ -532,9 +475,7 @@ SHOWN = {
     ),
     "wheelset": Shown((wheelset.accelerations,), _wheelset, "Eq 6, wheelset"),
     "frame": Shown((bogie.bogie,), _frame, "Eq 6, frame"),
-    "dual wheelset": Shown(
-        (dual_wheelset.dual_wheelset,), _dual_wheelset, "Eq 6 without the frame"
-    ),
+    "dual wheelset": Shown((dual_wheelset.dual_wheelset,), _dual_wheelset, "Eq 6 without the frame"),
     "actuator": Shown(
         (actuator.actuator_rates, actuator.applied_moment, actuator.clamp), _actuator, _BEYOND
     ),

@@ -30,6 +30,9 @@ TABLE_1_BOGIE = railenv.Bogie(railenv.TABLE_1)
 TABLE_1_DUAL = railenv.DualWheelset(railenv.TABLE_1)
 COACH = railenv.Bogie(railenv.HIGH_SPEED_COACH)
 COACH_DUAL = railenv.DualWheelset(railenv.HIGH_SPEED_COACH)
+VEHICLES = ("`TABLE_1`", "`HIGH_SPEED_COACH`")
+
+Row = tuple[str, str, str, str]
 
 
 def table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -66,9 +69,7 @@ def tangent() -> str:
 def _free_wheelset_wavelength(conicity: float) -> float:
     """Wavelength (m) of the hunting of a wheelset without suspension and spin, at walking pace."""
     names = railenv.TABLE_1.parameters()
-    springs = [
-        n for n in names if n.startswith(("primary_", "yaw_damper_")) and n != "primary_arm"
-    ]
+    springs = [n for n in names if n.startswith(("primary_", "yaw_damper_")) and n != "primary_arm"]
     vehicle = railenv.TABLE_1.replace(
         conicity=conicity,
         body_mass=0.0,
@@ -137,7 +138,7 @@ def _worst_differences(rng: np.random.Generator) -> dict[str, float]:
                 conditions |= {"curvature": rng.uniform(-2e-3, 2e-3), "cant": rng.uniform(-0.1, 0.1)}
             here = model.rhs(x, u, **conditions)
             size = np.abs(here).max()
-            oracle = np.array(model.plain_rhs(x, u, **conditions), dtype=float)
+            oracle = np.array(model.plain_rhs(x.tolist(), u.tolist(), **conditions))
             worst["kernel"] = max(worst["kernel"], np.abs(here - oracle).max() / size)
             turned = {k: v if k == "speed" else -v for k, v in conditions.items()}
             there = mirror * model.rhs(mirror * x, u, **turned)
@@ -147,8 +148,10 @@ def _worst_differences(rng: np.random.Generator) -> dict[str, float]:
             for i in range(model.n_states):
                 step = x.astype(complex)
                 step[i] += 1e-30j
-                columns.append(np.imag(model.plain_rhs(step, u, **conditions)) / 1e-30)
-            exact = np.array(columns, dtype=float).T
+                columns.append(
+                    np.imag(model.plain_rhs(step.tolist(), u.tolist(), **conditions)) / 1e-30
+                )
+            exact = np.array(columns).T
             worst["jacobian"] = max(worst["jacobian"], np.abs(A - exact).max() / np.abs(exact).max())
     return worst
 
@@ -173,7 +176,7 @@ def _bound(value: float) -> str:
 
 
 def limits() -> str:
-    """What must hold whatever the numbers, and how well it does."""
+    """Compare what must hold whatever the numbers with what does."""
     rng = np.random.default_rng(1)
     usage, worst = _worst_adhesion(rng), _worst_differences(rng)
     rows = [
@@ -206,7 +209,7 @@ def _amplitude(model: railenv.Model, speed: float) -> tuple[float, float]:
 
 
 def _bracket(model: railenv.Model, low: float, high: float) -> tuple[str, str]:
-    """What the vehicle does at two speeds at which the paper has it steady and hunting."""
+    """Tell what a vehicle does at two speeds at which the paper has it steady and hunting."""
     words = []
     for speed in (low, high):
         amplitude, _ = _amplitude(model, speed)
@@ -214,60 +217,69 @@ def _bracket(model: railenv.Model, low: float, high: float) -> tuple[str, str]:
         words.append(f"{speed:g} m/s: {motion}")
     agrees = "steady" in words[0] and "hunts" in words[1]
     text = f"hunts from {_speed(model):.1f} m/s; after 1 mm, {'; '.join(words)}"
-    return text, "yes" if agrees else "no"
+    return text, _verdict(agrees)
 
 
-def _falls(model: railenv.Model) -> tuple[str, bool]:
-    speeds = [_speed(model, radius) for radius in (10_000.0, 6250.0, 2500.0, 1500.0)]
-    text = ", ".join(f"{speed:.1f}" for speed in speeds)
-    return text, bool((np.diff(speeds) < 0.0).all())
+def _verdict(agrees: bool) -> str:
+    return "yes" if agrees else "no"
+
+
+def _brackets() -> list[Row]:
+    rows = []
+    for name, low, high, models in (
+        ("bogie", 115.0, 120.0, (TABLE_1_BOGIE, COACH)),
+        ("dual wheelset", 130.0, 140.0, (TABLE_1_DUAL, COACH_DUAL)),
+    ):
+        claim = f"{name}: steady at {low:g} m/s, hunts at {high:g}"
+        for vehicle, model in zip(VEHICLES, models, strict=True):
+            rows.append((claim, vehicle, *_bracket(model, low, high)))
+    return rows
+
+
+def _over_radius() -> list[Row]:
+    rows = []
+    for vehicle, model in zip(VEHICLES, (TABLE_1_BOGIE, COACH), strict=True):
+        speeds = [_speed(model, radius) for radius in (10_000.0, 6250.0, 2500.0, 1500.0)]
+        ours = f"at 10000, 6250, 2500, 1500 m: {', '.join(f'{speed:.1f}' for speed in speeds)} m/s"
+        falls = bool((np.diff(speeds) < 0.0).all())
+        rows.append(("bogie: critical speed falls with the radius", vehicle, ours, _verdict(falls)))
+    return rows
+
+
+def _of_both_models() -> list[Row]:
+    rows = []
+    for vehicle, *models in zip(
+        VEHICLES, (TABLE_1_DUAL, COACH_DUAL), (TABLE_1_BOGIE, COACH), strict=True
+    ):
+        dual, bogie = (_speed(model) for model in models)
+        ours = f"{dual:.1f} and {bogie:.1f} m/s"
+        claim = "the dual wheelset hunts at higher speed than the bogie"
+        rows.append((claim, vehicle, ours, _verdict(dual > bogie)))
+    return rows
+
+
+def _frequency() -> Row:
+    _, frequency = _amplitude(COACH, 120.0)
+    claim = "bogie: main frequency 2.734 Hz beyond the critical speed"
+    agrees = abs(frequency / 2.734 - 1.0) < 0.05
+    return claim, VEHICLES[1], f"{frequency:.2f} Hz at 120 m/s", _verdict(agrees)
+
+
+def _nonlinear() -> Row:
+    branch = design.cycle_branch(COACH)
+    fold, hopf = branch.nonlinear_critical_speed, branch.hopf
+    assert fold is not None
+    assert hopf is not None
+    assert hopf.speed is not None
+    gap = 100.0 * (1.0 - fold / hopf.speed)
+    claim = "linear and simulated critical speed differ by 8.75 %"
+    ours = f"fold {gap:.1f} % below the Hopf point, tangent track"
+    return claim, VEHICLES[1], ours, _verdict(abs(gap - 8.75) < 1.0)
 
 
 def paper() -> str:
-    """What the paper says, and what comes out here."""
-    rows = []
-    for name, claim, low, high, models in (
-        ("bogie", "steady at 115 m/s, hunts at 120", 115.0, 120.0, (TABLE_1_BOGIE, COACH)),
-        ("dual wheelset", "steady at 130 m/s, hunts at 140", 130.0, 140.0, (TABLE_1_DUAL, COACH_DUAL)),
-    ):
-        for vehicle, model in zip(("TABLE_1", "HIGH_SPEED_COACH"), models, strict=True):
-            text, agrees = _bracket(model, low, high)
-            rows.append((f"{name}: {claim}", f"`{vehicle}`", text, agrees))
-    for vehicle, model in (("TABLE_1", TABLE_1_BOGIE), ("HIGH_SPEED_COACH", COACH)):
-        text, falls = _falls(model)
-        claim = "bogie: critical speed falls with the radius"
-        ours = f"at 10000, 6250, 2500, 1500 m: {text} m/s"
-        rows.append((claim, f"`{vehicle}`", ours, "yes" if falls else "no"))
-    for vehicle, one, two in (
-        ("TABLE_1", TABLE_1_DUAL, TABLE_1_BOGIE),
-        ("HIGH_SPEED_COACH", COACH_DUAL, COACH),
-    ):
-        above, below = _speed(one), _speed(two)
-        claim = "the dual wheelset hunts at higher speed than the bogie"
-        verdict = "yes" if above > below else "no"
-        rows.append((claim, f"`{vehicle}`", f"{above:.1f} and {below:.1f} m/s", verdict))
-    _, frequency = _amplitude(COACH, 120.0)
-    agrees = abs(frequency / 2.734 - 1.0) < 0.05
-    rows.append(
-        (
-            "bogie: main frequency 2.734 Hz beyond the critical speed",
-            "`HIGH_SPEED_COACH`",
-            f"{frequency:.2f} Hz at 120 m/s",
-            "yes" if agrees else "near" if abs(frequency / 2.734 - 1.0) < 0.2 else "no",
-        )
-    )
-    branch = design.cycle_branch(COACH)
-    fold, hopf = branch.nonlinear_critical_speed, branch.hopf.speed
-    assert fold is not None
-    gap = 100.0 * (1.0 - fold / hopf)
-    rows.append(
-        (
-            "linear and simulated critical speed differ by 8.75 %",
-            "`HIGH_SPEED_COACH`",
-            f"fold {gap:.1f} % below the Hopf point, tangent track",
-            "yes" if abs(gap - 8.75) < 1.0 else "no",
-        )
-    )
+    """Compare what the paper says with what comes out here."""
+    rows = [*_brackets(), *_over_radius(), *_of_both_models(), _frequency(), _nonlinear()]
     return table(("the paper, at $R$ = 6250 m unless said", "vehicle", "here", "agrees"), rows)
 
 

@@ -221,8 +221,8 @@ def _latex_power(base: sympy.Expr, exponent: sympy.Expr) -> str:
         name = rf"\{base.func.__name__}^{{{exponent}}}"
         return f"{name} {_bracketed(latex(argument), argument.is_Symbol)}"
     text = latex(base)
-    plain = base.is_Symbol and not any(mark in text for mark in "^ ")
-    return f"{text if plain or text.startswith(chr(92) + 'dot') else _bracketed(text, False)}^{{{exponent}}}"
+    plain = base.is_Symbol and (("^" not in text and " " not in text) or text.startswith(r"\dot"))
+    return f"{_bracketed(text, plain)}^{{{exponent}}}"
 
 
 def _is_positive_part(expression: sympy.Expr) -> bool:
