@@ -320,7 +320,7 @@ _TURN = {sympy.Float(actuator.TWO_PI): sympy.Symbol(r"2 \pi")}
 
 
 def _clip(x: sympy.Expr, limit: sympy.Expr, text: str) -> dict[sympy.Expr, sympy.Expr]:
-    shown = rf"\operatorname{{clip}}\left( {text}, {latex(limit)} \right)"
+    shown = rf"\mathrm{{clip}}\left( {text}, {latex(limit)} \right)"
     return {traced(actuator.clamp, x, limit): sympy.Symbol(shown)}
 
 
@@ -332,7 +332,7 @@ def _actuator() -> list[str]:
     return [
         *rows(r"\dot T ; \dot q", found, clips | _TURN),
         *rows("M", [applied], _clip(_STATE.moment, P.actuator_limit, "T")),
-        *rows(r"\operatorname{clip}\left( x, x_{m} \right)", [traced(actuator.clamp, x, limit)]),
+        *rows(r"\mathrm{clip}\left( x, x_{m} \right)", [traced(actuator.clamp, x, limit)]),
     ]
 
 

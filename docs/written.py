@@ -274,7 +274,7 @@ def equation(left: str, expression: sympy.Expr) -> str:
 
 def _width(text: str) -> int:
     """Estimate the width of LaTeX in printed characters."""
-    for mark in ("left", "right", "dot", "text", "quad", "operatorname"):
+    for mark in ("left", "right", "dot", "text", "quad", "mathrm"):
         text = text.replace(f"\\{mark}", "")
     characters = 0
     command = False

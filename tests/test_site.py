@@ -9,9 +9,10 @@ import pytest
 
 from tests.pages import DOCS, ROOT
 
-pytest.importorskip("sphinx")
 inventory = pytest.importorskip("sphinx.util.inventory")
 katex = pytest.importorskip("sphinxcontrib.katex")
+for theme_or_extension in ("furo", "myst_parser", "numpydoc"):
+    pytest.importorskip(theme_or_extension)
 
 MODULES = ("railenv", "design", "railenv.envs", "agents", "railenv.equations.functions")
 
