@@ -3,6 +3,7 @@
 import inspect
 import re
 
+import numpy as np
 import pytest
 import sympy
 
@@ -56,6 +57,26 @@ def test_page_has_every_equation_of_the_code():
     }
     shown = {function for block in make_equations.SHOWN.values() for function in block.functions}
     assert public - shown == set()
+
+
+def test_every_equation_of_the_page_has_the_value_that_the_code_computes(monkeypatch):
+    pairs = []
+
+    def recorded(expression):
+        pairs.append((expression, written.tidy(expression)))
+        return pairs[-1][1]
+
+    monkeypatch.setattr(make_equations, "tidy", recorded)
+    for block in make_equations.SHOWN.values():
+        block.markdown()
+    assert len(pairs) > 80
+    rng = np.random.default_rng(1)
+    for raw, shown in pairs:
+        symbols = sorted(raw.free_symbols, key=str)
+        for _ in range(3):
+            numbers = dict(zip(symbols, rng.uniform(-2.0, 2.0, len(symbols)), strict=True))
+            values = [float(e.subs(numbers).doit()) for e in (raw, shown)]
+            assert values[0] == pytest.approx(values[1], rel=1e-9, abs=1e-12), raw
 
 
 def test_every_correction_of_the_print_stands_once_with_its_reason():
