@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import re
 from typing import Any
 
@@ -56,9 +57,19 @@ katex_css_path = "katex/katex.min.css"
 katex_options = "throwOnError: true, strict: true"
 
 
-def _signature(app: Any, what: str, name: str, obj: Any, *_: Any) -> tuple[str, None] | None:
+def _signature(
+    app: Any, what: str, name: str, obj: Any, options: Any, signature: str | None, returns: str | None
+) -> tuple[str, None] | None:
     """Leave out the signature of records, whose attributes are listed anyway."""
-    return ("", None) if what == "class" and dataclasses.is_dataclass(obj) else None
+    if what != "class":
+        return None
+    if dataclasses.is_dataclass(obj):
+        return "", None
+    if signature == "(*args, **kwargs)":  # of a base class that is mocked
+        own = list(inspect.signature(obj.__init__).parameters.values())[1:]
+        plain = [p.replace(annotation=p.empty) for p in own]
+        return str(inspect.Signature(plain)), None
+    return None
 
 
 def _docstring(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
