@@ -42,6 +42,7 @@ autodoc_preserve_defaults = True
 autodoc_mock_imports = ["stable_baselines3", "torch"]  # the extra `rl` is not needed for its pages
 autodoc_default_options = {"members": True}
 numpydoc_show_class_members = False
+autosummary_generate = False  # loaded by numpydoc; it would import what is mocked
 python_maximum_signature_line_length = 88
 
 html_theme = "furo"
