@@ -109,7 +109,8 @@ def grows_with_speed(kind: ModelName) -> Rule:
             findings[case.vehicle.name] = _growth(found, row, reach)
             if reach[1] < found.speed[-1]:
                 ends.append(f"{case.vehicle.name} beyond {reach[1]:.0f} m/s")
-        why = f"Simulated from a large disturbance, R = {max(paper.DIAGRAM_RADII):g} m, up to where hunting ends."
+        radius = max(paper.DIAGRAM_RADII)
+        why = f"Simulated from a large disturbance, R = {radius:g} m, up to where hunting ends."
         if ends:
             why += (
                 f" It does end: {', '.join(ends)}, where the curve uses up the adhesion and the "

@@ -60,8 +60,8 @@ def reproduce(
 ) -> Report:
     """Write a report of some sections into a directory.
 
-    Pieces that were computed before, with the same inputs and the same code, are not computed again. Each
-    is stored as soon as it is done, so that a run that was killed goes on where it stopped.
+    Pieces that were computed before, with the same inputs and the same code, are not computed again.
+    Each is stored as soon as it is done, so that a run that was killed goes on where it stopped.
 
     Parameters
     ----------

@@ -6,6 +6,7 @@ import hashlib
 import inspect
 import json
 import os
+import sys
 import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -52,16 +53,21 @@ class Piece:
         """
         tree, arrays = codec.encode(dict(self.inputs))
         inputs = json.dumps([tree, [array.tolist() for array in arrays]], sort_keys=True)
-        own = inspect.getsourcefile(self.function)
         parts = (
             self.name,
             self.function.__qualname__,
+            _source(self.function.__module__),
             railenv.__version__,
             _fingerprint(),
-            Path(own).read_text(encoding="utf-8") if own else "",
             inputs,
         )
         return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:16]
+
+
+@lru_cache
+def _source(module: str) -> str:
+    """Return the text of a module, as it was when first asked for."""
+    return inspect.getsource(sys.modules[module])
 
 
 @lru_cache(maxsize=1)

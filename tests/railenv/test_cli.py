@@ -116,7 +116,7 @@ def test_simulate_reports_growth_above_the_critical_speed_and_writes_all_states(
     assert "y_w1" in invoke("simulate", "-s", 100, "--duration", 1, "--plot", tmp_path / "y.png")
 
 
-@pytest.mark.parametrize("command", ["vehicles", "critical-speed", "locus", "simulate", "demo"])
+@pytest.mark.parametrize("command", ["vehicles", "critical-speed", "locus", "simulate", "reproduce"])
 def test_every_option_of_every_command_is_explained(command):
     parameters = cli.typer.main.get_command(cli.app).commands[command].params
     assert parameters
@@ -135,6 +135,7 @@ def test_every_option_of_every_command_is_explained(command):
         (["critical-speed", "-v", "nowhere.toml"], "nowhere.toml"),
         (["simulate", "-s", "100", "--show", "y_w7"], "y_w7"),
         (["locus", "-r", "400", "-c", "0.09", "--highest", "300"], None),
+        (["reproduce", "--first-page", "--quick"], "the first page has one form"),
     ],
 )
 def test_errors_are_one_line_with_exit_status_1(arguments, message):
