@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import inspect
 import json
+import marshal
 import os
 import sys
 import zipfile
@@ -56,7 +57,7 @@ class Piece:
         parts = (
             self.name,
             self.function.__qualname__,
-            _source(self.function.__module__),
+            _source(self.function),
             railenv.__version__,
             _fingerprint(),
             inputs,
@@ -65,9 +66,12 @@ class Piece:
 
 
 @lru_cache
-def _source(module: str) -> str:
-    """Return the text of a module, as it was when first asked for."""
-    return inspect.getsource(sys.modules[module])
+def _source(function: Callable[..., Any]) -> str:
+    """Return the text of a function's module as it was when first asked for; typed in, its own code."""
+    try:
+        return inspect.getsource(sys.modules[function.__module__])
+    except (OSError, TypeError):
+        return marshal.dumps(function.__code__).hex()
 
 
 @lru_cache(maxsize=1)
