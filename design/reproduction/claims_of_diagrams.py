@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
+from design.cycles import CycleBranch
 from design.diagram import SimulatedDiagram
 from design.polach import HUNTING
 from design.reproduction import paper, pieces
-from design.reproduction.cases import CASES, MODEL_TITLES, Case, ModelName
+from design.reproduction.adhesion import adhesion_limit
+from design.reproduction.cases import CASES, MODEL_TITLES, PRINTED, Case, ModelName
 from design.reproduction.claims import MOST, Claim, Evidence, Finding, Rule, cases_of
 from design.reproduction.settings import Settings
 from design.reproduction.store import Piece
@@ -55,9 +56,10 @@ def larger_on_tighter(kind: ModelName) -> Rule:
         findings, steady = {}, []
         for case in cases_of(kind):
             found = evidence.data[pieces.diagram(case, evidence.settings).name]
-            share = _share_growing(found, case)
+            every, rest, hunts = _shares_growing(found, case)
+            text = f"{every:.0%} of comparisons; at rest {rest:.0%}, hunting {hunts:.0%}"
             findings[case.vehicle.name] = Finding(
-                f"at {share:.0%} of the speeds", "agrees" if share > MOST else "differs"
+                text.replace("nan%", "none"), "agrees" if every > MOST else "differs"
             )
             reach = hunting_range(found, case, len(found.radius) - 1)
             if reach is not None:
@@ -65,7 +67,7 @@ def larger_on_tighter(kind: ModelName) -> Rule:
         why = (
             "Compared speed by speed, each curve with the next wider one, where both motions stay on "
             "the "
-            "track. Steady running lies further out on the tighter curve; hunting does not."
+            "track; then where both are at rest, and where both hunt."
         )
         if steady:
             why += f" At {found.radius[-1]:g} m hunting is found for {'; '.join(steady)}."
@@ -82,16 +84,24 @@ def larger_on_tighter(kind: ModelName) -> Rule:
     return rule
 
 
-def _share_growing(found: SimulatedDiagram, case: Case) -> float:
-    """Return the share of pairs of neighbouring curves, at one speed, that follow the claim."""
+def _shares_growing(found: SimulatedDiagram, case: Case) -> tuple[float, float, float]:
+    """Return in which share of pairs of neighbouring curves, at one speed, the tighter one has more.
+
+    Of all pairs, of those at rest, and of those hunting on both.
+    """
     order = np.argsort(found.radius)
-    y, inside = largest(found)[order], on_track(found, case)[order]
-    true = total = 0
-    for a, b in pairwise(range(len(order))):
-        both = inside[a] & inside[b]
-        true += int(np.count_nonzero(y[a][both] > y[b][both]))
-        total += int(np.count_nonzero(both))
-    return true / total if total else math.nan
+    y, size, inside = (v[order] for v in (largest(found), amplitude(found), on_track(found, case)))
+    hunts = size > HUNTING * case.model.scale[0]
+    tighter, wider = slice(0, -1), slice(1, None)
+    both = inside[tighter] & inside[wider]
+    more = y[tighter] > y[wider]
+    at_rest = both & ~hunts[tighter] & ~hunts[wider]
+    hunting = both & hunts[tighter] & hunts[wider]
+    every, rest, moving = (
+        float(np.mean(more[chosen])) if chosen.any() else math.nan
+        for chosen in (both, at_rest, hunting)
+    )
+    return every, rest, moving
 
 
 def grows_with_speed(kind: ModelName) -> Rule:
@@ -175,6 +185,48 @@ def subcritical(kind: ModelName) -> Rule:
     return rule
 
 
+def frequency_in_bracket(kind: ModelName) -> Rule:
+    """Claim that hunting has the printed frequency at a speed of the paper's bracket."""
+    printed = PRINTED[kind]
+
+    def rule(evidence: Evidence) -> Claim:
+        findings, limits = {}, []
+        for case in cases_of(kind):
+            limit = adhesion_limit(case, paper.RADIUS, paper.CANT)
+            limits.append(f"{case.vehicle.name} {limit:.1f} m/s")
+            found = evidence.data[pieces.branch(case, paper.RADIUS, evidence.settings).name]
+            if found is None:
+                findings[case.vehicle.name] = Finding("no hunting", "open")
+                continue
+            speeds = speeds_with_frequency(found["branch"], printed.frequency)
+            inside = any(printed.steady <= v <= printed.hunting for v in speeds)
+            text = "at " + ", ".join(f"{v:.1f}" for v in speeds) + " m/s" if speeds else "at no speed"
+            text += f", up to {found['branch'].speed.max():.0f} m/s"
+            findings[case.vehicle.name] = Finding(text, "agrees" if inside else "differs")
+        return Claim(
+            f"frequency-bracket-{kind}",
+            "Fig 13",
+            f"{MODEL_TITLES[kind]} hunts at {printed.frequency:g} Hz, "
+            f"{printed.steady:g} to {printed.hunting:g} m/s",
+            f"The {MODEL_TITLES[kind]} hunts at {printed.frequency:g} Hz somewhere between "
+            f"{printed.steady:g} and {printed.hunting:g} m/s, R = {paper.RADIUS:g} m.",
+            f"{printed.frequency:g} Hz",
+            findings,
+            "Speeds at which limit cycles of the branch have the printed frequency. Beside them, the speeds at "
+            f"which the curve uses up all adhesion: {', '.join(limits)}.",
+        )
+
+    return rule
+
+
+def speeds_with_frequency(branch: CycleBranch, frequency: float) -> list[float]:
+    """Return the speeds (m/s) at which limit cycles of a branch have a frequency (Hz)."""
+    speed, off = branch.speed, branch.frequency - frequency
+    crossed = np.flatnonzero(off[:-1] * off[1:] < 0.0)
+    share = off[crossed] / (off[crossed] - off[crossed + 1])
+    return sorted((speed[crossed] + share * (speed[crossed + 1] - speed[crossed])).tolist())
+
+
 FURTHER_RULES: tuple[Rule, ...] = (
     larger_on_tighter("bogie"),
     larger_on_tighter("dual_wheelset"),
@@ -182,6 +234,8 @@ FURTHER_RULES: tuple[Rule, ...] = (
     grows_with_speed("dual_wheelset"),
     subcritical("bogie"),
     subcritical("dual_wheelset"),
+    frequency_in_bracket("bogie"),
+    frequency_in_bracket("dual_wheelset"),
 )
 """Claims that need bifurcation diagrams and limit cycles."""
 

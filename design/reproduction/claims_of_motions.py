@@ -26,6 +26,7 @@ from design.reproduction.claims import (
 from design.reproduction.store import Piece
 
 _FAST = 200.0  # m/s: no train hunts there
+_AT_FLANGE = 0.99  # of the clearance
 
 
 def steady(kind: ModelName) -> Rule:
@@ -72,21 +73,28 @@ def describe(found: dict[str, Any], case: Case) -> str:
     if found["hunts"]:
         frequency = found["spectrum"].main_frequency
         return f"hunts, {1e3 * found['amplitude']:.1f} mm at {frequency:.2f} Hz"
-    mean = found["mean"]
-    place = "flange" if abs(mean) > 0.99 * case.vehicle.flange_clearance else "tread"
-    return f"steady on the {place}, at {1e3 * mean:.1f} mm"
+    place = "flange" if _on_flange(found, case) else "tread"
+    return f"steady on the {place}, at {1e3 * found['mean']:.1f} mm"
+
+
+def _on_flange(found: dict[str, Any], case: Case) -> bool:
+    return not found["hunts"] and abs(found["mean"]) > _AT_FLANGE * case.vehicle.flange_clearance
 
 
 def _why_motion(evidence: Evidence, kind: ModelName, speed: float) -> str:
     starts = [f"{c.vehicle.name} {_hunts_from(evidence.on_curve(c))}" for c in cases_of(kind)]
-    over = [
-        c.vehicle.name for c in cases_of(kind) if speed > adhesion_limit(c, paper.RADIUS, paper.CANT)
+    resting = [
+        f"{c.vehicle.name} above {limit:.1f} m/s"
+        for c in cases_of(kind)
+        if speed > (limit := adhesion_limit(c, paper.RADIUS, paper.CANT))
+        and _on_flange(evidence.motion(c, speed), c)
     ]
     text = f"On this curve {_listed(starts)}."
-    if over:
+    if resting:
         text += (
-            f" {speed:g} m/s is more than the adhesion of {_listed(over)} allows on it, "
-            "so the wheelset moves to the flange."
+            f" The curve uses up all adhesion of {_listed(resting)}, so the wheelset moves to the "
+            "flange "
+            "and rests there."
         )
     return text
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -51,6 +52,19 @@ class Part:
         return [(name, list(items)) for name, items in groupby(self.pictures, lambda p: p.group)]
 
 
+_VALUE = re.compile(r"(?<=\d) (?=(m/s|m|mm|Hz|s|rad)\b)|(?<=\bR) (?==)|(?<=\bR =) (?=\d)")
+
+
+def _kept_together(text: str) -> str:
+    """Return a text with no line break between a value and its unit."""
+    return _VALUE.sub("\u00a0", text)
+
+
+def _breakable(name: str) -> Markup:
+    """Return a name that may be broken after its underscores."""
+    return Markup("_<wbr>").join(name.split("_"))
+
+
 def _environment() -> Environment:
     environment = Environment(
         loader=PackageLoader("design.reproduction", "templates"),
@@ -59,6 +73,7 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters |= {"values": _kept_together, "breakable": _breakable}
     return environment
 
 

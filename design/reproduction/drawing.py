@@ -28,6 +28,12 @@ def panel(title: str = "", height: float = PANEL[1]) -> tuple[Figure, Axes]:
     return figure, ax
 
 
+def legend_inside(ax: Axes) -> None:
+    """Put a legend of the axes' labelled lines into a upper right corner."""
+    with style():
+        ax.legend(loc="upper right", fontsize=8)
+
+
 def retitle(ax: Axes, title: str) -> None:
     """Replace the title that a plot of :mod:`design` has given itself."""
     for place in ("center", "left"):

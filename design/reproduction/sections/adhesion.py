@@ -43,11 +43,14 @@ class Adhesion(Section):
         inside = sum(row[-1] == "yes" for row in rows)
         paragraphs = [
             "Above the speed V = √(R (μN/m + g·cant)) the lateral load of the curve exceeds the "
-            "friction of all wheels. "
-            "N is the vertical load and m the mass that is pushed sideways, both summed over the "
-            "model. No creep "
-            "force holds a wheelset on the tread beyond it: it moves to the flange and rests there, "
-            "and hunting ends.",
+            "friction of "
+            "all wheels. N is the vertical load and m the mass that is pushed sideways, both summed "
+            "over the "
+            "model. No creep force holds a wheelset on the tread beyond it: it moves to the flange "
+            "and rests "
+            "there, and hunting ends. (The formula leaves out the springs. The dual wheelset's end "
+            "at a "
+            "fixed frame, and stiff ones, as the coach's, hold it on the tread.)",
             f"At R = {paper.RADIUS:g} m this speed lies inside the paper's bracket in {inside} of "
             f"{len(rows)} cases. "
             "There the order is the opposite of the paper's: hunting below, rest above.",

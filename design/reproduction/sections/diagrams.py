@@ -59,7 +59,7 @@ class Diagrams(Section):
         return fragment(
             "table.html",
             paragraphs=paragraphs,
-            caption="Speeds between which hunting is found, m/s.",
+            caption="Lowest and highest speed with more than 1 mm of amplitude at the end, m/s.",
             header=("case", *(f"{r:g} m" for r in paper.DIAGRAM_RADII)),
             rows=rows,
             words=1,

@@ -119,8 +119,8 @@ def _row(case: Case, radius: float, found: dict[str, Any]) -> tuple[str, ...]:
     )
 
 
-def _group(case: Case, radius: float) -> str:
-    return f"Limit cycles, {_track(radius)}: {MODEL_TITLES[case.kind]}"
+def _group(what: str, case: Case, radius: float) -> str:
+    return f"{what} of limit cycles, {_track(radius)}: {MODEL_TITLES[case.kind]}"
 
 
 def _amplitude(case: Case, radius: float, branch: CycleBranch) -> Drawing:
@@ -130,7 +130,7 @@ def _amplitude(case: Case, radius: float, branch: CycleBranch) -> Drawing:
     legend_below(figure, take_handles(ax), 2)
     caption = f"{case.title}, {_track(radius)}: amplitude of limit cycles. {branch}."
     file = f"limit_cycles_{_place(radius)}_{case.key}"
-    return Drawing(file, figure, caption, _group(case, radius))
+    return Drawing(file, figure, caption, _group("Amplitude", case, radius))
 
 
 def _frequency(case: Case, radius: float, branch: CycleBranch) -> Drawing:
@@ -149,4 +149,4 @@ def _frequency(case: Case, radius: float, branch: CycleBranch) -> Drawing:
     legend_below(figure, ax.get_legend_handles_labels()[0], 2)
     caption = f"{case.title}, {_track(radius)}: frequency of limit cycles."
     file = f"limit_cycles_{_place(radius)}_{case.key}_frequency"
-    return Drawing(file, figure, caption, _group(case, radius))
+    return Drawing(file, figure, caption, _group("Frequency", case, radius))

@@ -10,7 +10,7 @@ from design.plots import NEUTRAL
 from design.reproduction import paper, pieces
 from design.reproduction.cases import CASES, MODEL_COLORS, MODEL_TITLES, VEHICLES, Case
 from design.reproduction.document import fragment
-from design.reproduction.drawing import panel, retitle
+from design.reproduction.drawing import legend_inside, panel, retitle
 from design.reproduction.section import Data, DataTable, Drawing, Section
 from design.reproduction.store import Piece
 from railenv.vehicles import Vehicle
@@ -131,7 +131,8 @@ def _panel(figure: str, piece: Any, group: str, vehicle: Vehicle, data: Data) ->
     ax.set_xlim(0.0, _HIGHEST)
     ax.set_ylim(max(peaks) * 10.0**-_DECADES, 2e3 * max(peaks))
     retitle(ax, vehicle.name)
-    ax.legend(loc="upper right", fontsize=8)
+    ax.set_ylabel("power spectral density of y_w1 (mm²/Hz)")
+    legend_inside(ax)
     caption = (
         f"{figure}. {vehicle.name}: power spectral density of the leading wheelset's displacement."
     )
