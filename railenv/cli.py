@@ -432,6 +432,9 @@ def reproduce(
         bool,
         typer.Option("--first-page", help="Only the claims that take seconds, and critical speeds."),
     ] = False,
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", "-j", min=1, help="Processes; as many as processors.")
+    ] = None,
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Forget what was computed before; otherwise it is kept.")
     ] = False,
@@ -441,7 +444,7 @@ def reproduce(
     from railenv import cli_reproduce as command
 
     try:
-        command.run(directory, out, err, quick=quick, first=first_page, fresh=fresh)
+        command.run(directory, out, err, quick=quick, first=first_page, fresh=fresh, jobs=jobs)
     except Interrupted as stopped:
         err.print(str(stopped), highlight=False, soft_wrap=True)
         raise typer.Exit(130) from None

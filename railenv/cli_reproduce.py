@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,14 @@ _MARKS = {"agrees": "+", "differs": "-", "open": "?"}
 
 
 def run(
-    directory: Path, console: Console, progress: Console, *, quick: bool, first: bool, fresh: bool
+    directory: Path,
+    console: Console,
+    progress: Console,
+    *,
+    quick: bool,
+    first: bool,
+    fresh: bool,
+    jobs: int | None,
 ) -> None:
     """Write the report, and print its first page."""
     import matplotlib as mpl
@@ -31,7 +39,14 @@ def run(
         raise ParameterError("--first-page and --quick are both given; the first page has one form")
     settings = QUICK if quick else FULL
     sections = first_page(settings) if first else whole_report(settings)
-    report = reproduce(sections, directory, note=_note(quick, first), fresh=fresh, console=progress)
+    report = reproduce(
+        sections,
+        directory,
+        note=_note(quick, first),
+        fresh=fresh,
+        jobs=jobs or processors(),
+        console=progress,
+    )
     for section in sections:
         if isinstance(section, Claims):
             console.print(claims_table(section.claims(report.data)))
@@ -39,6 +54,12 @@ def run(
             console.print(speeds_table(section.rows(report.data)))
     counts = f"{report.computed} computations, {report.kept} kept from before"
     console.print(f"wrote {report.path} ({counts}), with figures and data beside it", highlight=False)
+
+
+def processors() -> int:
+    """Return the number of processors that this process may use."""
+    affinity = getattr(os, "sched_getaffinity", None)  # not on every system
+    return len(affinity(0)) if affinity else os.cpu_count() or 1
 
 
 def _note(quick: bool, first: bool) -> str:

@@ -13,7 +13,7 @@ from design.polach import HUNTING
 from design.reproduction import paper, pieces
 from design.reproduction.adhesion import adhesion_limit
 from design.reproduction.cases import CASES, MODEL_TITLES, PRINTED, Case, ModelName
-from design.reproduction.claims import MOST, Claim, Evidence, Finding, Rule, cases_of
+from design.reproduction.claims import MOST, Claim, Evidence, Finding, Rule, Verdict, cases_of
 from design.reproduction.settings import Settings
 from design.reproduction.store import Piece
 
@@ -202,7 +202,9 @@ def frequency_in_bracket(kind: ModelName) -> Rule:
             inside = any(printed.steady <= v <= printed.hunting for v in speeds)
             text = "at " + ", ".join(f"{v:.1f}" for v in speeds) + " m/s" if speeds else "at no speed"
             text += f", up to {found['branch'].speed.max():.0f} m/s"
-            findings[case.vehicle.name] = Finding(text, "agrees" if inside else "differs")
+            short = found["branch"].speed.max() < printed.steady  # the branch was not followed so far
+            outside: Verdict = "open" if short else "differs"
+            findings[case.vehicle.name] = Finding(text, "agrees" if inside else outside)
         return Claim(
             f"frequency-bracket-{kind}",
             "Fig 13",
@@ -212,7 +214,8 @@ def frequency_in_bracket(kind: ModelName) -> Rule:
             f"{printed.steady:g} and {printed.hunting:g} m/s, R = {paper.RADIUS:g} m.",
             f"{printed.frequency:g} Hz",
             findings,
-            "Speeds at which limit cycles of the branch have the printed frequency. Beside them, the speeds at "
+            "Speeds at which limit cycles of the branch have the printed frequency. Beside them, the "
+            "speeds at "
             f"which the curve uses up all adhesion: {', '.join(limits)}.",
         )
 

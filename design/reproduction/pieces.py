@@ -14,13 +14,13 @@ from design.reproduction.store import Piece
 LISTED_RADII = (10_000.0, 6250.0, 1000.0, 250.0)
 """m, the curves of the table of critical speeds."""
 
-DURATION, WINDOW, SHOWN = 40.0, 10.0, 10.0
+DURATION, WINDOW, SHOWN = 30.0, 10.0, 10.0
 """s: simulated, judged at the end, drawn from the start."""
 
 BELOW, ABOVE = 0.98, 1.05
 """Of the linear critical speed: where the motions of Figs 12 and 13 are looked at."""
 
-BELOW_RUN, ABOVE_RUN = 500.0, 3000.0
+BELOW_RUN, ABOVE_RUN = 500.0, 2500.0
 """m, the lengths of these runs: a decay, and enough for hunting to grow from a small disturbance."""
 
 _SWEPT = 25

@@ -15,7 +15,8 @@ from design.reproduction.document import Part, Picture, page
 from design.reproduction.drawing import write_svg
 from design.reproduction.section import Data, DataTable, Section
 from design.reproduction.store import Store
-from railenv.errors import RailenvError
+from design.reproduction.workers import compute
+from railenv.errors import ParameterError, RailenvError
 
 _LISTED = 3  # files are named one by one
 
@@ -56,6 +57,7 @@ def reproduce(
     *,
     note: str = "",
     fresh: bool = False,
+    jobs: int = 1,
     console: Console | None = None,
 ) -> Report:
     """Write a report of some sections into a directory.
@@ -72,6 +74,9 @@ def reproduce(
         What to say of the run at the top of the report.
     fresh : bool
         Forget what was computed before.
+    jobs : int
+        Processes that compute. With more than one, the main module must be importable without side
+        effects: a script needs ``if __name__ == "__main__":``.
     console : rich.console.Console, optional
         Where to show the progress; nowhere when left out.
 
@@ -79,7 +84,11 @@ def reproduce(
     ------
     Interrupted
         On Ctrl-C; what was computed is kept.
+    WorkerError
+        If a computation fails in another process.
     """
+    if jobs < 1:
+        raise ParameterError(f"jobs is {jobs}; it must be at least 1")
     store = Store(directory / STORE)
     if fresh:
         store.clear()
@@ -96,10 +105,9 @@ def reproduce(
         task = progress.add_task("", total=len(pieces) + len(sections))
         progress.update(task, completed=len(pieces) - len(missing))
         try:
-            for piece in missing:
-                progress.update(task, description=piece.label or piece.name)
-                store.save(piece, piece.function(**piece.inputs))
-                progress.update(task, advance=1)
+            for done, piece in enumerate(compute(missing, store, jobs)):
+                done += len(pieces) - len(missing) + (jobs > 1)
+                progress.update(task, description=piece.label or piece.name, completed=done)
             data = {piece.name: store.load(piece) for piece in pieces}
             parts, files = [], []
             for section in sections:

@@ -34,5 +34,5 @@ FULL = Settings(
     diagram_speeds=86, diagram_duration=20.0, branch_points=300, branch_step=0.12, chart_points=15
 )
 QUICK = Settings(
-    diagram_speeds=18, diagram_duration=20.0, branch_points=110, branch_step=0.4, chart_points=6
+    diagram_speeds=18, diagram_duration=12.0, branch_points=60, branch_step=0.4, chart_points=4
 )

@@ -29,7 +29,7 @@ def short(monkeypatch):
 
 @pytest.mark.usefixtures("short")
 def test_first_page_is_printed_within_80_columns_and_written(tmp_path):
-    found = runner.invoke(cli.app, ["reproduce", "--first-page", "--out", str(tmp_path)])
+    found = runner.invoke(cli.app, ["reproduce", "--first-page", "--jobs", "1", "--out", str(tmp_path)])
     assert found.exit_code == 0, found.output
     assert max(map(len, found.output.splitlines())) <= 80
     row = next(line for line in found.output.splitlines() if "HIGH_SPEED_COACH bogie" in line)
@@ -38,7 +38,7 @@ def test_first_page_is_printed_within_80_columns_and_written(tmp_path):
     assert document.tags.count("figure") == 4
     assert all(value.startswith("data:") for value in document.loads)
     assert (tmp_path / "data" / "critical_speeds.csv").stat().st_size > 1000
-    again = runner.invoke(cli.app, ["reproduce", "--first-page", "--out", str(tmp_path)])
+    again = runner.invoke(cli.app, ["reproduce", "--first-page", "--jobs", "1", "--out", str(tmp_path)])
     assert "0 computations, 6 kept" in " ".join(again.output.split())
 
 
@@ -60,7 +60,9 @@ def test_unknown_options_are_rejected():
 
 def test_help_names_every_option():
     found = runner.invoke(cli.app, ["reproduce", "--help"])
-    assert all(name in found.output for name in ("--out", "--quick", "--first-page", "--fresh"))
+    assert all(
+        name in found.output for name in ("--out", "--quick", "--first-page", "--fresh", "--jobs")
+    )
 
 
 @pytest.mark.slow

@@ -9,6 +9,8 @@ from html.parser import HTMLParser
 import pytest
 
 from design.reproduction import Interrupted, Piece, Store, reproduce
+from design.reproduction.workers import WorkerError
+from railenv.errors import ParameterError
 from tests.design.reproduction.toy import EVIL, Squares, square
 
 
@@ -38,6 +40,25 @@ def test_run_that_was_killed_goes_on_without_loss(tmp_path):
     assert logged(tmp_path) == ["1", "2", "3"]
     assert (report.kept, report.computed) == (2, 1)
     assert "<p>14</p>" in report.path.read_text()
+
+
+def test_several_processes_store_what_they_computed_also_when_one_is_killed(tmp_path):
+    with pytest.raises(WorkerError, match="run the same command again"):
+        reproduce([Squares(tmp_path / "log", 3, "kill")], tmp_path / "report", jobs=2)
+    report = reproduce([Squares(tmp_path / "log")], tmp_path / "report", jobs=2)
+    assert sorted(logged(tmp_path)) == ["1", "2", "3"]
+    assert "<p>14</p>" in report.path.read_text()
+
+
+def test_failure_in_another_process_is_told_with_its_traceback(tmp_path):
+    with pytest.raises(WorkerError, match=r"square-\d failed.*\n(.*\n)*.*No such file"):
+        reproduce([Squares(tmp_path / "missing" / "log")], tmp_path / "report", jobs=2)
+
+
+@pytest.mark.parametrize("jobs", [0, -1])
+def test_number_of_processes_is_checked(tmp_path, jobs):
+    with pytest.raises(ParameterError, match="at least 1"):
+        reproduce([Squares(tmp_path / "log")], tmp_path / "report", jobs=jobs)
 
 
 def test_interrupt_keeps_what_is_done_and_says_how_to_go_on(tmp_path):
