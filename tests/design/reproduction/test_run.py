@@ -44,7 +44,7 @@ def test_run_that_was_killed_goes_on_without_loss(tmp_path):
 
 def test_several_processes_store_what_they_computed_also_when_one_is_killed(tmp_path):
     with pytest.raises(WorkerError, match="run the same command again"):
-        reproduce([Squares(tmp_path / "log", 3, "kill")], tmp_path / "report", jobs=2)
+        reproduce([Squares(tmp_path / "log", "kill")], tmp_path / "report", jobs=2)
     report = reproduce([Squares(tmp_path / "log")], tmp_path / "report", jobs=2)
     assert sorted(logged(tmp_path)) == ["1", "2", "3"]
     assert "<p>14</p>" in report.path.read_text()
@@ -63,7 +63,7 @@ def test_number_of_processes_is_checked(tmp_path, jobs):
 
 def test_interrupt_keeps_what_is_done_and_says_how_to_go_on(tmp_path):
     with pytest.raises(Interrupted, match=r"2 of 3 computations.*without --fresh"):
-        reproduce([Squares(tmp_path / "log", 3)], tmp_path / "report")
+        reproduce([Squares(tmp_path / "log", "interrupt")], tmp_path / "report")
     assert not (tmp_path / "report" / "report.html").exists()
     reproduce([Squares(tmp_path / "log")], tmp_path / "report")
     assert logged(tmp_path) == ["1", "2", "3"]

@@ -3,7 +3,6 @@
 import os
 import signal
 import sys
-from functools import partial
 from pathlib import Path
 
 from markupsafe import Markup, escape
@@ -14,9 +13,12 @@ from design.reproduction.drawing import panel
 EVIL = '<script>alert("x")</script>'
 
 
-def square(number, log, stop_at=None, how=""):
-    """Square a number and note it in a file; stop at one of them."""
-    if number == stop_at:
+def square(number, log):
+    """Square a number and note it in a file; stop at the third if another file says how."""
+    stop = Path(log).with_name("stop")
+    if number == 3 and stop.exists():
+        how = stop.read_text()
+        stop.unlink()
         if how == "kill":
             os.kill(os.getpid(), signal.SIGKILL)
         raise KeyboardInterrupt
@@ -29,15 +31,13 @@ class Squares(Section):
     key = "squares"
     title = f"Squares {EVIL}"
 
-    def __init__(self, log, stop_at=None, how=""):
-        self.log, self.compute = str(log), partial(square, stop_at=stop_at, how=how)
-        self.compute.__qualname__ = "square"
-        self.compute.__module__ = square.__module__
+    def __init__(self, log, stop=""):
+        self.log = str(log)
+        if stop:
+            Path(log).with_name("stop").write_text(stop)
 
     def pieces(self):
-        return tuple(
-            Piece(f"square-{n}", self.compute, {"number": n, "log": self.log}) for n in (1, 2, 3)
-        )
+        return tuple(Piece(f"square-{n}", square, {"number": n, "log": self.log}) for n in (1, 2, 3))
 
     def text(self, data):
         return Markup("<p>{}</p>").format(escape(sum(found["square"] for found in data.values())))
@@ -53,4 +53,4 @@ class Squares(Section):
 
 if __name__ == "__main__":
     directory = Path(sys.argv[1])
-    reproduce([Squares(directory / "log", 3, "kill")], directory / "report")
+    reproduce([Squares(directory / "log", "kill")], directory / "report")
