@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo report test lint kernels docs bench clean
+.PHONY: help demo report test lint kernels docs site bench clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -30,8 +30,17 @@ lint: $(STAMP) ## check style, formatting and types
 docs: $(STAMP) ## regenerate the pages that are made from code and measurements
 	$(BIN)/railenv vehicles --markdown > docs/vehicles.md
 	$(BIN)/python docs/make_environments.py --no-pictures
+	$(BIN)/python docs/make_equations.py
+	$(BIN)/python docs/make_validation.py
+	$(BIN)/python docs/make_diagram.py
+	$(BIN)/python docs/make_pictures.py
 	$(BIN)/python -m examples.reward_of_idle_and_lqr
+	$(BIN)/python -m benchmarks.scaling docs/scaling.md
 	$(BIN)/python -m benchmarks.run --markdown docs/benchmarks.md
+
+site: $(STAMP) ## build the documentation as a site in site/
+	$(BIN)/python -m sphinx -W --keep-going -q -b html docs site
+	@echo "open site/index.html"
 
 kernels: $(STAMP) ## regenerate railenv/kernels from railenv/equations
 	$(BIN)/python -m railenv.kernels.generate
@@ -40,7 +49,7 @@ bench: $(STAMP) ## run the benchmarks
 	$(BIN)/python -m benchmarks.run
 
 clean: ## remove results/, caches and build products (keeps the environment)
-	rm -rf results build dist htmlcov .coverage .coverage.* coverage.xml
+	rm -rf results build dist site htmlcov .coverage .coverage.* coverage.xml
 	rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis *.egg-info
 	find . -path ./$(VENV) -prune -o -type d -name __pycache__ -prune -exec rm -rf {} +
 

@@ -1,11 +1,37 @@
-"""What trains and evaluates controllers of hunting bogies.
+"""Controllers of hunting vehicles and their evaluation, and the adapter for Stable-Baselines3.
 
-``agents.sb3`` gives the vector environments to Stable-Baselines3 (extra ``rl``). Controllers and their
-evaluation are not in this version yet.
+>>> import agents, railenv
+>>> controller = agents.LQR.design(railenv.Bogie(railenv.HIGH_SPEED_COACH), speed=160.0)
 
-The name ``agents`` is used by other distributions too; ``__distribution__`` tells this one.
+``agents.sb3`` gives the vector environments to Stable-Baselines3 (extra ``rl``). The name ``agents`` is
+used by other distributions too; ``__distribution__`` tells this one.
 """
+
+from agents.controller import Controller, equipped
+from agents.growth import growth_rates, simulated_critical_speed
+from agents.load import load
+from agents.lqg import LQG
+from agents.lqr import LQR
+from agents.passive import Passive
+from agents.rollout import Case, Motion, Rollout
+from agents.scheduled import Law, ScheduledController
+from agents.yaw_rate import YawRateFeedback
 
 __distribution__ = "railenv"
 
-__all__: list[str] = []
+__all__ = [
+    "LQG",
+    "LQR",
+    "Case",
+    "Controller",
+    "Law",
+    "Motion",
+    "Passive",
+    "Rollout",
+    "ScheduledController",
+    "YawRateFeedback",
+    "equipped",
+    "growth_rates",
+    "load",
+    "simulated_critical_speed",
+]

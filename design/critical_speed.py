@@ -19,10 +19,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import optimize
 
+from design.dynamics import Dynamics, dynamics
+from design.mode_shape import ModeShape, displacement_rows
 from railenv import checks
 from railenv.equilibrium import Branch, Equilibrium, Point, SpeedPath, Stuck, find_equilibrium
 from railenv.errors import ParameterError
 from railenv.models import Model
+from railenv.threads import one_blas_thread
 
 if TYPE_CHECKING:
     import control
@@ -38,6 +41,7 @@ SPEED_RANGE = (3.0, 400.0)
 _ZERO = 1e-9  # real parts below this fraction of the largest eigenvalue are rounding error
 _ROOT = 1e-8  # of a step: better than 2e-9 of the speed
 _REAL = 1e-3  # imaginary parts below this fraction of the largest count as none at a fold
+_CLOSED_LOOP_STEP = 0.06  # of the logarithm of the speed: controllers can have narrow unstable ranges
 _CLOSE = 1e-6  # eigenvalues that differ by less than this fraction count as one
 
 
@@ -71,6 +75,9 @@ class CriticalSpeed:
     state_names : tuple of str
     inputs : ndarray, shape (n_inputs,)
         Constant inputs.
+    period : float or None
+        Control period (s) of a closed loop; None for the vehicle alone. The eigenvalue of a closed loop
+        is that of its map over a period, as one in continuous time.
     """
 
     loss: Loss
@@ -86,17 +93,19 @@ class CriticalSpeed:
     model_name: str
     state_names: tuple[str, ...]
     inputs: NDArray[np.float64]
+    period: float | None
     _model: Model = field(repr=False, compare=False)
 
     @cached_property
     def hopf(self) -> HopfPoint | None:
         """Normal form and direction of the branch where stability is lost by hunting, else None.
 
-        Computed when first asked for, in about a second.
+        Computed when first asked for, in about a second. None for a closed loop: a map in discrete time
+        has no Hopf point of this kind.
         """
         from design.hopf import hopf_point
 
-        if self.loss != "hunting":
+        if self.loss != "hunting" or self.period is not None:
             return None
         return hopf_point(self._model, inputs=self.inputs, critical=self)
 
@@ -148,6 +157,13 @@ class CriticalSpeed:
         at = f" at {self.frequency:.4f} Hz" if self.frequency is not None else ""
         return f"{self.loss} from {self.speed:.4f} m/s{at}"
 
+    @property
+    def mode_shape(self) -> ModeShape | None:
+        """The critical mode as an object that draws and animates itself; None where there is none."""
+        if self.mode is None or self.eigenvalue is None:
+            return None
+        return ModeShape.of(self._model, self.mode, self.eigenvalue, str(self))
+
     def plot(self, ax: Axes | None = None) -> control.ControlPlot:
         """Draw the critical mode: magnitude and phase of every displacement."""
         from design.plots import plot_mode
@@ -162,6 +178,8 @@ def critical_speed(
     cant: float = 0.0,
     speed_range: tuple[float, float] = SPEED_RANGE,
     inputs: ArrayLike | None = None,
+    controller: Any | None = None,
+    period: float | None = None,
 ) -> CriticalSpeed:
     """Find the first speed of a range at which steady running loses stability.
 
@@ -180,6 +198,11 @@ def critical_speed(
         Lowest and highest speed, m/s.
     inputs : array_like, shape (n_inputs,), optional
         Constant inputs; zero when left out.
+    controller : array_like, control.StateSpace or Feedback, optional
+        Closes the loop once per control period (:func:`design.closed_loop`); the steps are then at most
+        6 %. That the equilibrium ends is still looked for on the vehicle's own branch, without moments.
+    period : float, optional
+        Control period, s; the controller's own, or 0.005 s.
 
     Returns
     -------
@@ -203,14 +226,12 @@ def critical_speed(
             f"speed_range is {speed_range}; the lowest speed must be below the highest"
         )
     u = checks.vector("inputs", inputs, model.input_names)
-    start = find_equilibrium(model, speed=low, radius=radius, cant=cant, inputs=u)
-    branch = Branch(model, SpeedPath(checks.curvature(radius), start.cant), u)
-    return _Search(model, branch, start, (low, high)).run()
-
-
-def growth(jacobian: NDArray[np.float64]) -> float:
-    """Largest real part (1/s) of the eigenvalues of a state matrix; negative is stable."""
-    return float(np.linalg.eigvals(jacobian).real.max())
+    judged_by = dynamics(model, controller, period)
+    unit = SpeedPath.unit if controller is None else _CLOSED_LOOP_STEP
+    with one_blas_thread():
+        start = find_equilibrium(model, speed=low, radius=radius, cant=cant, inputs=u)
+        branch = Branch(model, SpeedPath(checks.curvature(radius), start.cant, unit), u)
+        return _Search(model, branch, start, (low, high), judged_by).run()
 
 
 @dataclass(frozen=True)
@@ -221,6 +242,7 @@ class _Search:
     branch: Branch
     start: Equilibrium
     speed_range: tuple[float, float]
+    dynamics: Dynamics
 
     def run(self) -> CriticalSpeed:
         low, high = self.speed_range
@@ -242,7 +264,10 @@ class _Search:
         return self._result("none", None)
 
     def _sigma(self, p: Point) -> float:
-        return growth(p.jacobian[:, : self.model.n_states])
+        return float(self._eigenvalues(p).real.max())
+
+    def _eigenvalues(self, p: Point) -> NDArray[np.complex128]:
+        return self.dynamics.eigenvalues(p, self.branch.path.at(p.s))
 
     def _unstable(self, p: Point, sigma: float) -> bool:
         magnitude = float(np.abs(p.jacobian[:, : self.model.n_states]).max())
@@ -300,10 +325,10 @@ class _Search:
         return float(optimize.brentq(along, 0.0, 1.0, xtol=_ROOT, rtol=_ROOT))
 
     def _fastest(self, p: Point) -> float:
-        return float(np.abs(np.linalg.eigvals(p.jacobian[:, : self.model.n_states])).max())
+        return float(np.abs(self._eigenvalues(p)).max())
 
     def _critical(self, p: Point) -> complex:
-        eigenvalues = np.linalg.eigvals(p.jacobian[:, : self.model.n_states])
+        eigenvalues = self._eigenvalues(p)
         return complex(eigenvalues[np.argmax(eigenvalues.real)])
 
     def _classified(self, crossing: tuple[Point, bool]) -> CriticalSpeed:
@@ -321,14 +346,15 @@ class _Search:
         multiplicity = 0
         if point is not None:
             n = self.model.n_states
-            eigenvalues, vectors = np.linalg.eig(point.jacobian[:, :n])
+            eigenvalues, vectors = self.dynamics.modes(point, self.branch.path.at(point.s))
             # of a complex pair, the eigenvalue in the upper half plane
             k = int(np.argmax(np.where(eigenvalues.imag >= 0.0, eigenvalues.real, -np.inf)))
             eigenvalue = complex(eigenvalues[k])
             near = np.abs(eigenvalues - eigenvalues[k]) < _CLOSE * np.abs(eigenvalues).max()
             multiplicity = int(near.sum())
-            mode = vectors[:, k].astype(complex)
-            mode = mode / mode[np.argmax(np.abs(mode[: max(n // 2, 1)]))]
+            mode = vectors[:n, k]
+            shape = mode[displacement_rows(self.model)]
+            mode = mode / shape[np.argmax(np.abs(shape))]
         oscillates = eigenvalue is not None and loss in ("hunting", "unstable at start")
         frequency = abs(eigenvalue.imag) / (2.0 * math.pi) if oscillates and eigenvalue else None
         return CriticalSpeed(
@@ -345,5 +371,6 @@ class _Search:
             model_name=self.model.name,
             state_names=self.model.state_names,
             inputs=self.start.inputs,
+            period=self.dynamics.period,
             _model=self.model,
         )

@@ -25,6 +25,7 @@ import railenv
 from railenv.envs.environment import BogieEnv, DualWheelsetEnv, HuntingEnv
 from railenv.envs.episodes import PINNABLE
 from railenv.envs.fleet import BOUND, REASONS
+from railenv.envs.observation import Reading
 from railenv.envs.settings import RewardWeights, Settings
 from railenv.vehicles import describe
 
@@ -258,7 +259,7 @@ def _observations(case: Case, observation: str) -> str:
         actuator: case.make(actuator=actuator, observation=observation).fleet.observation_table
         for actuator in case.actuators
     }
-    merged: list[tuple[str, str, float]] = []
+    merged: list[Reading] = []
     for entries in tables.values():
         at = 0
         for entry in entries:
@@ -272,7 +273,7 @@ def _observations(case: Case, observation: str) -> str:
         headings = [f'`"{actuator}"`' for actuator in tables]
     rows = []
     for entry in merged:
-        name, unit, scale = entry
+        name, unit, scale, _ = entry
         meaning = _meaning(name)
         if observation == "sensors":
             meaning = meaning.replace("yaw rate behind the gyro's filter", "reading of the yaw gyro")

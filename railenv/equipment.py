@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -10,6 +11,7 @@ from typing import Any, Literal, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from railenv import checks
 from railenv.equations.coordinates import Running, bodies
 from railenv.equations.equipped import EQUIPMENT
 from railenv.equations.sensors import inertial_yaw_rate, specific_force
@@ -22,6 +24,7 @@ Place = Literal["none", "secondary", "primary"]
 PLACES = ("none", "secondary", "primary")
 
 _SOURCE = "railway practice"
+_COMPLEX_STEP = 1e-30
 
 
 def _positive(symbol: str, unit: str, meaning: str, **bounds: float) -> Any:
@@ -175,6 +178,8 @@ class Equipped(Model):
         If the plant cannot carry actuators at that place.
     """
 
+    _shipped = True
+
     def __init__(
         self,
         plant: Bogie | DualWheelset,
@@ -221,8 +226,40 @@ class Equipped(Model):
         return actuators * len(self.equipment.actuated) + [0.1, 1e-2] * len(self.equipment.sensed)
 
     def replace(self, **changes: Any) -> Self:
-        """Return the same model with some fields of its vehicle changed."""
-        return type(self)(self.plant.replace(**changes), self.place, self.actuator, self.sensors)
+        """Return the same model with some fields of its vehicle, actuator or sensors changed.
+
+        Raises
+        ------
+        UnknownNameError
+            If a name is a field of none of them.
+        """
+        fields = [f.name for f in dataclasses.fields(self.plant.vehicle)]
+        checks.known("parameter", changes, [*dict.fromkeys([*fields, *self.variable_names])])
+        of_actuator = {f.name for f in dataclasses.fields(self.actuator)} & set(changes)
+        of_sensors = {f.name for f in dataclasses.fields(self.sensors)} & set(changes)
+        rest = {n: v for n, v in changes.items() if n not in of_actuator | of_sensors}
+        return type(self)(
+            self.plant.replace(**rest) if rest else self.plant,
+            self.place,
+            self.actuator.replace(**{n: changes[n] for n in of_actuator}),
+            self.sensors.replace(**{n: changes[n] for n in of_sensors}),
+        )
+
+    @property
+    def variable_names(self) -> tuple[str, ...]:
+        """What :meth:`replace` changes: quantities of the vehicle, the actuator and the sensors."""
+        extra = (f.name for r in (self.actuator, self.sensors) for f in dataclasses.fields(r))
+        return (*self.plant.variable_names, *extra)
+
+    @property
+    def command_names(self) -> tuple[str, ...]:
+        """Inputs that a controller commands."""
+        return self.input_names[: len(self.equipment.actuated)]
+
+    @property
+    def sensor_names(self) -> tuple[str, ...]:
+        """States that the sensors read."""
+        return self.state_names[self.n_states - 2 * len(self.equipment.sensed) :]
 
     def check_conditions(self, speed: float, curvature: float, cant: float) -> None:
         """Raise ParameterError unless the plant runs at this speed (m/s), curvature (1/m), cant."""
@@ -244,10 +281,42 @@ class Equipped(Model):
     ) -> NDArray[np.float64]:
         """Specific force (m/s^2) of each sensed body, then guiding force and load (N) of each wheel.
 
-        Parameters are those of :meth:`rhs`; the order is that of ``signal_names``.
+        Parameters are those of :meth:`railenv.Model.rhs`; the order is that of ``signal_names``.
         """
         evaluator = self._evaluator_at(x, u, speed, curvature, cant)
         return evaluator.signals()
+
+    def signal_jacobian(
+        self,
+        x: ArrayLike,
+        u: ArrayLike | None = None,
+        *,
+        speed: float,
+        curvature: float = 0.0,
+        cant: float = 0.0,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Exact derivatives of :meth:`signals` (same parameters) with respect to states and inputs.
+
+        By complex steps through the equations, which takes milliseconds.
+
+        Returns
+        -------
+        C : ndarray, shape (n_signals, n_states)
+        D : ndarray, shape (n_signals, n_inputs)
+        """
+        self.check_conditions(speed, curvature, cant)
+        state = checks.vector("x", x, self.state_names)
+        inputs = checks.vector("u", u, self.input_names)
+        point = np.concatenate([state, inputs]).astype(complex)
+        columns = []
+        for k in range(len(point)):
+            step = point.copy()
+            step[k] += 1j * _COMPLEX_STEP
+            arguments = step[: self.n_states].tolist(), step[self.n_states :].tolist()
+            values = self.equipment.signals(*arguments, speed, curvature, cant, self._attributes)
+            columns.append(np.imag(np.asarray(values, dtype=complex)) / _COMPLEX_STEP)
+        full = np.stack(columns, axis=1)
+        return full[:, : self.n_states], full[:, self.n_states :]
 
     def steady_state(
         self, plant_state: NDArray[np.float64], *, speed: float, curvature: float, cant: float

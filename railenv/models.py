@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import copy
+import hashlib
 import keyword
 from collections.abc import Callable, Mapping, Sequence
 from types import ModuleType, SimpleNamespace
@@ -21,7 +22,7 @@ from railenv.equations.contact import Wheel, wheel
 from railenv.equations.coordinates import Rail, Running, bodies, rails
 from railenv.errors import ParameterError
 from railenv.kernels import loader
-from railenv.vehicles import COOPERRIDER, CooperriderParameters, Vehicle
+from railenv.vehicles import COOPERRIDER, QUANTITIES, CooperriderParameters, Vehicle
 
 if TYPE_CHECKING:
     import control
@@ -74,6 +75,9 @@ class Model:
     array([ 0. , -0.4])
     """
 
+    _shipped = False
+    """Whether the kernels are the package's own, under the model's name."""
+
     def __init__(
         self,
         name: str,
@@ -112,6 +116,18 @@ class Model:
             raise ParameterError(f"scale is {scale!r}; it must be greater than 0")
         self._source = source
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out the text of the package's own kernels, which every process has."""
+        state = dict(self.__dict__)
+        if self._shipped and self._source == loader.shipped_source(self.name):
+            del state["_source"]
+        return state
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        if "_source" not in state:
+            self._source = loader.shipped_source(self.name)
+
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.name!r}: {self.n_states} states>"
 
@@ -124,6 +140,16 @@ class Model:
     def n_inputs(self) -> int:
         """Number of inputs."""
         return len(self.input_names)
+
+    @property
+    def variable_names(self) -> tuple[str, ...]:
+        """Names of the quantities that :meth:`replace` changes."""
+        return tuple(self.parameters)
+
+    @property
+    def equations_hash(self) -> str:
+        """Hash of the text of the kernels: another where the equations are others."""
+        return hashlib.sha256(self._source.encode()).hexdigest()[:16]
 
     def replace(self, **changes: float) -> Self:
         """Return the same model with some parameters changed; kernels are shared.
@@ -219,7 +245,7 @@ class Model:
         dtype: str = "float64",
         program: loader.Program = "integrate",
     ) -> ModuleType:
-        """Return the compiled kernels; see :mod:`railenv.kernels.loader`."""
+        """Return the compiled kernels; see ``railenv.kernels.loader``."""
         module = loader.load(self._source, lanes, dtype, program)
         if tuple(self.parameters) != module.PARAMETERS:
             raise RuntimeError(
@@ -355,6 +381,7 @@ class Evaluator:
 class _VehicleModel(Model):
     """A model whose parameters are those of a Vehicle."""
 
+    _shipped = True
     _name: str
     _states: tuple[str, ...]
     _inputs: tuple[str, ...]
@@ -374,6 +401,11 @@ class _VehicleModel(Model):
             [-_MILLIMETRE * (name.startswith("z_")) for name in self._states],  # wheels loaded
             loader.shipped_source(self._name),
         )
+
+    @property
+    def variable_names(self) -> tuple[str, ...]:
+        """Names of the vehicle's quantities, and ``creep_factor``."""
+        return (*QUANTITIES, "creep_factor")
 
     def replace(self, **changes: Any) -> Self:
         """Return the same model with some fields of its vehicle changed."""
@@ -450,6 +482,8 @@ class CooperriderBogie(Model):
     record : CooperriderParameters, optional
         The bogie of the literature when left out.
     """
+
+    _shipped = True
 
     def __init__(self, record: CooperriderParameters = COOPERRIDER) -> None:
         if not isinstance(record, CooperriderParameters):

@@ -19,6 +19,9 @@ from railenv.errors import ParameterError
 
 LoadBookkeeping = Literal["once", "printed"]
 
+CREEP_COEFFICIENTS = ("lateral_creep", "lateral_spin_creep", "spin_creep", "longitudinal_creep")
+"""Fields that ``creep_factor`` multiplies."""
+
 _TABLE = "Table 1"
 _BEYOND = "beyond the paper"
 
@@ -182,6 +185,32 @@ class Vehicle(ParameterRecord):
             raise ParameterError(
                 f"load_bookkeeping is {self.load_bookkeeping!r}; it must be 'once' or 'printed'"
             )
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a copy with some fields changed.
+
+        ``creep_factor``, which is no field, multiplies all four creep coefficients.
+
+        Raises
+        ------
+        UnknownNameError
+            If a name is neither a field nor ``creep_factor``.
+        ParameterError
+            If a value is not allowed.
+
+        Examples
+        --------
+        >>> import railenv
+        >>> railenv.HIGH_SPEED_COACH.replace(conicity=0.2).conicity
+        0.2
+        """
+        checks.known("field", changes, [*(f.name for f in dataclasses.fields(self)), "creep_factor"])
+        if "creep_factor" in changes:
+            factor = checks.number("creep_factor", changes["creep_factor"], low=0.0, open_low=True)
+            changes = {n: v for n, v in changes.items() if n != "creep_factor"}
+            for name in CREEP_COEFFICIENTS:
+                changes[name] = factor * changes.get(name, getattr(self, name))
+        return dataclasses.replace(self, **changes)
 
     @property
     def external_load(self) -> float:

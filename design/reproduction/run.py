@@ -5,9 +5,11 @@ from __future__ import annotations
 import csv
 import os
 from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
+from joblib.externals.loky.process_executor import BrokenProcessPool
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
@@ -75,17 +77,14 @@ def reproduce(
     fresh : bool
         Forget what was computed before.
     jobs : int
-        Processes that compute. With more than one, the main module must be importable without side
-        effects: a script needs ``if __name__ == "__main__":``.
+        Processes that compute.
     console : rich.console.Console, optional
         Where to show the progress; nowhere when left out.
 
     Raises
     ------
     Interrupted
-        On Ctrl-C; what was computed is kept.
-    WorkerError
-        If a computation fails in another process.
+        On Ctrl-C, or if one of several processes is killed; what was computed is kept.
     """
     if jobs < 1:
         raise ParameterError(f"jobs is {jobs}; it must be at least 1")
@@ -105,9 +104,10 @@ def reproduce(
         task = progress.add_task("", total=len(pieces) + len(sections))
         progress.update(task, completed=len(pieces) - len(missing))
         try:
-            for done, piece in enumerate(compute(missing, store, jobs)):
-                done += len(pieces) - len(missing) + (jobs > 1)
-                progress.update(task, description=piece.label or piece.name, completed=done)
+            progress.update(task, description="computing (kernels are compiled once)")
+            with closing(compute(missing, store, jobs)) as computed:
+                for piece in computed:
+                    progress.update(task, advance=1, description=f"done: {piece.label or piece.name}")
             data = {piece.name: store.load(piece) for piece in pieces}
             parts, files = [], []
             for section in sections:
@@ -116,10 +116,11 @@ def reproduce(
                 parts.append(part)
                 files += written
                 progress.update(task, advance=1)
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, BrokenProcessPool) as error:
             done = sum(store.has(piece) for piece in pieces)
+            what = "interrupted" if isinstance(error, KeyboardInterrupt) else "a process was killed"
             raise Interrupted(
-                f"interrupted with {done} of {len(pieces)} computations done; they are kept in "
+                f"{what} with {done} of {len(pieces)} computations done; they are kept in "
                 f"{store.directory}. Run the same command again, without --fresh, to go on"
             ) from None
     path = directory / "report.html"

@@ -11,7 +11,7 @@ import sys
 import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -47,8 +47,9 @@ class Piece:
     inputs: Mapping[str, Any] = field(default_factory=dict)
     label: str = ""
 
+    @cached_property
     def key(self) -> str:
-        """Return a hash of all that the result depends on.
+        """Hash of all that the result depends on.
 
         These are the inputs, the package's version and code, and the module of the function.
         """
@@ -91,7 +92,7 @@ class Store:
 
     def path(self, piece: Piece) -> Path:
         """Return the file of a piece, whether or not it exists."""
-        return self.directory / f"{piece.name}-{piece.key()}.npz"
+        return self.directory / f"{piece.name}-{piece.key}.npz"
 
     def has(self, piece: Piece) -> bool:
         """Tell whether a piece has been computed; a damaged file does not count."""

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railenv import checks
-from railenv.envs.settings import CANT_BASE, LOWEST_SPEED, RANDOMIZABLE, Settings
+from railenv.envs.observation import CANT_BASE
+from railenv.envs.settings import LOWEST_SPEED, RANDOMIZABLE, Settings
 from railenv.errors import ParameterError
 from railenv.irregularity import SAMPLES, SPACING
 from railenv.vehicles import Vehicle
@@ -20,7 +21,6 @@ PINNABLE = ("speed", "radius", "cant", "irregularity_factor", "offset", *RANDOMI
 """What ``reset(options=...)`` may pin."""
 
 _DRAWS = 16  # uniform numbers of an episode, always all drawn, so that pins change nothing else
-_CREEP = ("lateral_creep", "lateral_spin_creep", "spin_creep", "longitudinal_creep")
 
 
 @dataclass(frozen=True)
@@ -186,10 +186,8 @@ def _vehicle(
         if name in settings.randomize
     }
     values |= {name: pinned[name] for name in RANDOMIZABLE if name in pinned}
-    factor = checks.number("creep_factor", values.pop("creep_factor", 1.0), low=0.0, open_low=True)
-    if factor != 1.0:
-        values |= {name: factor * getattr(settings.vehicle, name) for name in _CREEP}
-    return (settings.vehicle.replace(**values) if values else settings.vehicle), factor
+    vehicle = settings.vehicle.replace(**values) if values else settings.vehicle
+    return vehicle, float(values.get("creep_factor", 1.0))
 
 
 def _plan(

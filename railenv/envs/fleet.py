@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from railenv import irregularity
 from railenv.envs.episodes import Episode, draw
 from railenv.envs.metrics import CFR_LIMIT
-from railenv.envs.settings import CANT_BASE, LOWEST_SPEED, Settings
+from railenv.envs.observation import Reading, delay_slots, observation_table
+from railenv.envs.settings import LOWEST_SPEED, Settings
 from railenv.equations.coordinates import Running, bodies
 from railenv.equations.sensors import specific_force
 from railenv.equilibrium import find_equilibrium
@@ -118,38 +119,19 @@ class Fleet:
         return len(self.model.equipment.actuated)
 
     @cached_property
-    def observation_table(self) -> list[tuple[str, str, float]]:
-        """Name, unit and scale of every entry of an observation (without history)."""
-        model = self.model
-        if self.settings.observation == "state":
-            rows = [
-                (name, _unit(name), _scale(name, model.actuator.limit)) for name in model.state_names
-            ]
-            slots = self._delay[2]
-            for body in model.equipment.actuated:
-                rows += [
-                    (f"command_{body}[-{age}]", "N m", model.actuator.limit) for age in range(1, slots)
-                ]
-        else:
-            rows = []
-            for body in model.equipment.sensed:
-                rows += [
-                    (f"accelerometer_{body}", "m/s^2", _scale("accel", 1.0)),
-                    (f"gyro_{body}", "rad/s", _scale("gyro", 1.0)),
-                ]
-        rows += [("speed", "m/s", 100.0), ("cant_deficiency", "rad", 0.150 / CANT_BASE)]
-        if self.settings.observation == "state":
-            rows.append(("cant", "rad", 0.1))
-        return rows
+    def observation_table(self) -> list[Reading]:
+        """Name, unit, scale and signal of every entry of an observation (without history)."""
+        settings = self.settings
+        return observation_table(self.model, settings.observation, settings.control_period)
 
     @cached_property
     def observation_names(self) -> tuple[str, ...]:
         """Names of the entries of an observation (without history)."""
-        return tuple(name for name, _, _ in self.observation_table)
+        return tuple(reading.name for reading in self.observation_table)
 
     @cached_property
     def _scales(self) -> Array:
-        return np.array([scale for _, _, scale in self.observation_table])
+        return np.array([reading.scale for reading in self.observation_table])
 
     def _join(self) -> None:
         """Gather what the kernel reads and writes beside its buffers."""
@@ -177,6 +159,16 @@ class Fleet:
     def set_state(self, i: int, state: Array) -> None:
         """Set the state of one environment's model."""
         self._view(self._blocks, i)[: self.model.n_states] = state
+
+    def all_states(self) -> Array:
+        """States of all environments' models, shape (n, n_states)."""
+        rows = self._blocks.reshape(len(self._blocks), -1, self._lanes)[:, : self.model.n_states]
+        return rows.transpose(0, 2, 1).reshape(-1, self.model.n_states)[: self.n].copy()
+
+    def set_speeds(self, speeds: Array) -> None:
+        """Change the speeds (m/s) of all environments within their episodes, shape (n,)."""
+        for i, speed in enumerate(speeds):
+            self._view(self._blocks, i)[self._layout.c] = speed
 
     def moments(self, i: int) -> Array:
         """Return applied moments of one environment's actuators, as shares of the limit."""
@@ -209,6 +201,16 @@ class Fleet:
     def reset(self, i: int, rng: np.random.Generator, pinned: Mapping[str, Any]) -> None:
         """Start a new episode in one environment and write its observation (see :meth:`draw`)."""
         self.place(i, *self.draw(rng, pinned))
+
+    def start(self, i: int, episode: Episode) -> None:
+        """Start a given episode in one environment, from the running equilibrium.
+
+        Raises
+        ------
+        EquilibriumError
+            If it has none.
+        """
+        self.place(i, episode, self._equilibria(episode))
 
     def draw(self, rng: np.random.Generator, pinned: Mapping[str, Any]) -> tuple[Episode, Array]:
         """Draw an episode and find its equilibria; changes nothing but the generator.
@@ -409,39 +411,12 @@ class Fleet:
 def _delay(settings: Settings, delay: float) -> tuple[int, int, int]:
     """Return integration steps before and after the command changes, and slots of the delay line."""
     T = settings.control_period
-    whole = math.floor(delay / T + 1e-9)
-    rest = delay - whole * T
+    slots = delay_slots(delay, T)
+    rest = delay - (slots - 2) * T
     if rest < 1e-9 * T:
-        return 0, max(1, math.ceil(T / settings.time_step - 1e-9)), whole + 2
+        return 0, max(1, math.ceil(T / settings.time_step - 1e-9)), slots
     before = max(1, math.ceil(rest / settings.time_step - 1e-9))
-    return before, max(1, math.ceil((T - rest) / settings.time_step - 1e-9)), whole + 2
-
-
-def _unit(name: str) -> str:
-    kinds = {
-        "y": "m",
-        "z": "m",
-        "phi": "rad",
-        "psi": "rad",
-        "T": "N m",
-        "accel": "m/s^2",
-        "gyro": "rad/s",
-    }
-    kind = name.split("_", maxsplit=1)[0]
-    if kind.startswith("d"):
-        return f"{kinds[kind[1:]]}/s"
-    return kinds[kind]
-
-
-def _scale(name: str, limit: float) -> float:
-    """Return what an observed quantity is divided by: its size in strong hunting."""
-    kind = name.split("_", maxsplit=1)[0]
-    sizes = {
-        "y": 0.01, "z": 0.05, "phi": 0.01, "psi": 0.01,
-        "dy": 0.2, "dz": 0.1, "dphi": 0.2, "dpsi": 0.2,
-        "T": limit, "dT": 100.0 * limit, "accel": 5.0, "gyro": 0.2,
-    }  # fmt: skip
-    return sizes[kind]
+    return before, max(1, math.ceil((T - rest) / settings.time_step - 1e-9)), slots
 
 
 def broadcast_options(options: Mapping[str, Any] | None, n: int) -> Sequence[dict[str, Any]]:

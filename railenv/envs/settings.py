@@ -9,17 +9,14 @@ from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
 from railenv import checks
+from railenv.envs.observation import Observation
 from railenv.equipment import PLACES, Actuator, Equipped, Place, Sensors
 from railenv.errors import ParameterError
 from railenv.irregularity import Level
 from railenv.models import Bogie, DualWheelset
 from railenv.vehicles import HIGH_SPEED_COACH, TABLE_1, Vehicle
 
-Observation = Literal["state", "sensors"]
 TrackPlan = Literal["constant", "curve"]
-
-CANT_BASE = 1.5
-"""m, the base over which cant is measured in millimetres."""
 
 LOWEST_SPEED = 5.0
 """m/s, below which no episode runs: the window of Nadal's criterion could not hold 2 m of track."""
@@ -146,11 +143,8 @@ class Settings:
         checks.known("name in randomize", self.randomize, RANDOMIZABLE)
         for name in self.randomize:
             ends = _checked_range(f"randomize[{name!r}]", self.randomize[name], low=0.0)
-            for end in ends:  # raises where a vehicle could not have it
-                if name == "creep_factor":
-                    checks.number("creep_factor", end, low=0.0, open_low=True)
-                else:
-                    self.vehicle.replace(**{name: end})
+            for end in ends:
+                self.vehicle.replace(**{name: end})  # raises where a vehicle could not have it
         if self.critical_speed is not None:
             checks.speed(self.critical_speed, "critical_speed")
         for name, unit in (

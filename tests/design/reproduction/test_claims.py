@@ -191,7 +191,7 @@ def test_adhesion_limit(kind, vehicle, speed):
 
 def test_pieces_of_the_first_page_are_pieces_of_the_whole_report():
     def keys(sections):
-        return {p.name: p.key() for s in sections for p in s.pieces()}
+        return {p.name: p.key for s in sections for p in s.pieces()}
 
     first, quick, full = keys(first_page(FULL)), keys(whole_report(QUICK)), keys(whole_report(FULL))
     assert first.items() <= quick.items()

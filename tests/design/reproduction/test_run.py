@@ -9,7 +9,6 @@ from html.parser import HTMLParser
 import pytest
 
 from design.reproduction import Interrupted, Piece, Store, reproduce
-from design.reproduction.workers import WorkerError
 from railenv.errors import ParameterError
 from tests.design.reproduction.toy import EVIL, Squares, square
 
@@ -43,16 +42,12 @@ def test_run_that_was_killed_goes_on_without_loss(tmp_path):
 
 
 def test_several_processes_store_what_they_computed_also_when_one_is_killed(tmp_path):
-    with pytest.raises(WorkerError, match="run the same command again"):
+    with pytest.raises(Interrupted, match="a process was killed.*to go on"):
         reproduce([Squares(tmp_path / "log", "kill")], tmp_path / "report", jobs=2)
     report = reproduce([Squares(tmp_path / "log")], tmp_path / "report", jobs=2)
-    assert sorted(logged(tmp_path)) == ["1", "2", "3"]
+    assert report.computed >= 1
+    assert set(logged(tmp_path)) == {"1", "2", "3"}
     assert "<p>14</p>" in report.path.read_text()
-
-
-def test_failure_in_another_process_is_told_with_its_traceback(tmp_path):
-    with pytest.raises(WorkerError, match=r"square-\d failed.*\n(.*\n)*.*No such file"):
-        reproduce([Squares(tmp_path / "missing" / "log")], tmp_path / "report", jobs=2)
 
 
 @pytest.mark.parametrize("jobs", [0, -1])
@@ -101,7 +96,7 @@ def test_a_report_is_the_same_to_the_byte_when_written_again(tmp_path):
 
 
 def test_key_of_a_piece_depends_on_its_inputs():
-    keys = {Piece("a", square, {"number": n, "log": ""}).key() for n in (1, 1, 2)}
+    keys = {Piece("a", square, {"number": n, "log": ""}).key for n in (1, 1, 2)}
     assert len(keys) == 2
 
 

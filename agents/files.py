@@ -1,0 +1,120 @@
+"""Controllers on disk: npz files of plain arrays with a JSON header; nothing in them is executed."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+import zipfile
+import zlib
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from railenv import checks
+from railenv.errors import ParameterError
+
+SCHEMA = "railenv controller 1"
+"""Marks the files, with the version of their layout."""
+
+_HEADER = "header"
+_DAMAGE = (
+    OSError,
+    ValueError,
+    KeyError,
+    EOFError,
+    AttributeError,
+    TypeError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
+
+
+@dataclass(frozen=True)
+class ControllerFile:
+    """Content of a file.
+
+    Attributes
+    ----------
+    kind : str
+        Name of the controller's class.
+    header : dict
+        Plain numbers, strings and lists.
+    arrays : dict of ndarray
+    """
+
+    kind: str
+    header: dict[str, Any]
+    arrays: dict[str, NDArray[Any]]
+
+    def arrays_named(self, *names: str) -> dict[str, NDArray[Any]]:
+        """Return some arrays.
+
+        Raises
+        ------
+        ParameterError
+            If one is missing.
+        """
+        missing = [name for name in names if name not in self.arrays]
+        if missing:
+            raise ParameterError(f"the file of a {self.kind} lacks {', '.join(missing)}")
+        return {name: self.arrays[name] for name in names}
+
+
+def write(path: str | PathLike[str], content: ControllerFile) -> None:
+    """Write a controller's file, whole or not at all."""
+    header = {"schema": SCHEMA, "kind": content.kind, **content.header}
+    text = np.array(json.dumps(header, allow_nan=False))
+    target = Path(path)
+    handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}", suffix=".npz")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            np.savez_compressed(file, allow_pickle=False, **{_HEADER: text}, **content.arrays)
+        os.replace(temporary, target)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+
+
+def read(path: str | PathLike[str], kind: str | None = None) -> ControllerFile:
+    """Read a controller's file.
+
+    Parameters
+    ----------
+    path : path
+    kind : str, optional
+        The class it has to be of.
+
+    Raises
+    ------
+    ParameterError
+        If it is no such file, is damaged, or holds another kind.
+    FileNotFoundError
+        If there is none.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            arrays = {name: data[name] for name in data.files}
+        header = json.loads(str(arrays.pop(_HEADER)))
+        schema, found = header.pop("schema"), header.pop("kind")
+    except FileNotFoundError:
+        raise
+    except (
+        OSError,
+        ValueError,
+        KeyError,
+        EOFError,
+        AttributeError,
+        TypeError,
+        zipfile.BadZipFile,
+    ) as e:
+        raise ParameterError(f"{path} is not a controller's file, or is damaged: {e}") from None
+    if schema != SCHEMA:
+        raise ParameterError(f"{path} has the layout {schema!r}; this version reads {SCHEMA!r}")
+    if kind is not None:
+        checks.known(f"kind of controller in {path}", [found], [kind])
+    return ControllerFile(found, header, arrays)
