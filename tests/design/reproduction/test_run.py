@@ -42,7 +42,7 @@ def test_run_that_was_killed_goes_on_without_loss(tmp_path):
 
 
 def test_several_processes_store_what_they_computed_also_when_one_is_killed(tmp_path):
-    with pytest.raises(Interrupted, match="a process was killed.*to go on"):
+    with pytest.raises(Interrupted, match=r"a process was killed.*to go on"):
         reproduce([Squares(tmp_path / "log", "kill")], tmp_path / "report", jobs=2)
     report = reproduce([Squares(tmp_path / "log")], tmp_path / "report", jobs=2)
     assert report.computed >= 1
