@@ -140,8 +140,10 @@ def _frequency(case: Case, radius: float, branch: CycleBranch) -> Drawing:
         ax.plot(branch.speed[part], branch.frequency[part], line, color=color)
     printed = case.printed.frequency
     ax.axhline(printed, color=INK, ls=":", lw=1.2)
-    ax.plot([], [], color=STABLE, label="stable limit cycles")
-    ax.plot([], [], "--", color=UNSTABLE, label="unstable limit cycles")
+    if branch.stable.any():
+        ax.plot([], [], color=STABLE, label="stable limit cycles")
+    if not branch.stable.all():
+        ax.plot([], [], "--", color=UNSTABLE, label="unstable limit cycles")
     ax.plot([], [], ":", color=INK, label=f"paper, Fig 13: {printed:g} Hz")
     ax.set_ylim(0.0, 1.2 * max(printed, float(np.max(branch.frequency))))
     ax.set_xlabel("speed (m/s)")
