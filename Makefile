@@ -4,10 +4,11 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+CONTROLLERS := passive yaw-rate lqg lqg-scheduled output-feedback lqr lqr-scheduled
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo report test lint kernels docs site bench clean
+.PHONY: help demo report test lint controllers kernels docs site bench clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -44,6 +45,9 @@ site: $(STAMP) ## build the documentation as a site in site/
 
 kernels: $(STAMP) ## regenerate railenv/kernels from railenv/equations
 	$(BIN)/python -m railenv.kernels.generate
+
+controllers: $(STAMP) ## design and tune the shipped classical controllers again (some minutes)
+	for kind in $(CONTROLLERS); do $(BIN)/railenv tune $$kind --out agents/data/$$kind.npz; done
 
 bench: $(STAMP) ## run the benchmarks
 	$(BIN)/python -m benchmarks.run
