@@ -594,17 +594,31 @@ def tune(
 
 
 @app.command()
-def demo(
+def reproduce(
     directory: Annotated[Path, typer.Option("--out", help="Directory to write to.")] = Path("results"),
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Coarse bifurcation diagrams and limit cycles; two minutes.")
+    ] = False,
+    first_page: Annotated[
+        bool,
+        typer.Option("--first-page", help="Only the claims that take seconds, and critical speeds."),
+    ] = False,
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", "-j", min=1, help="Processes; as many as processors.")
+    ] = None,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Forget what was computed before; otherwise it is kept.")
+    ] = False,
 ) -> None:
-    """Write critical speeds over curve radius, a speed locus and time histories, in under a minute."""
-    import matplotlib as mpl
+    """Compute every result of the paper again and write them, beside its claims, to report.html."""
+    from design.reproduction import Interrupted
+    from railenv import cli_reproduce as command
 
-    mpl.use("Agg")
-    from design.demo import run
-
-    for path in run(directory, out):
-        out.print(f"wrote {path}", highlight=False)
+    try:
+        command.run(directory, out, err, quick=quick, first=first_page, fresh=fresh, jobs=jobs)
+    except Interrupted as stopped:
+        err.print(str(stopped), highlight=False, soft_wrap=True)
+        raise typer.Exit(130) from None
 
 
 if __name__ == "__main__":

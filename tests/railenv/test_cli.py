@@ -197,7 +197,7 @@ def test_simulate_reports_growth_above_the_critical_speed_and_writes_all_states(
 
 
 @pytest.mark.parametrize(
-    "command", ["vehicles", "critical-speed", "locus", "margins", "simulate", "demo"]
+    "command", ["vehicles", "critical-speed", "locus", "margins", "simulate", "reproduce"]
 )
 def test_every_option_of_every_command_is_explained(command):
     parameters = cli.typer.main.get_command(cli.app).commands[command].params
@@ -224,6 +224,7 @@ def test_every_option_of_every_command_is_explained(command):
         (["margins", "-s", "60", "--controller", "magic"], "neither a file nor shipped"),
         (["margins", "-s", "60", "--controller", "lqg", "--period", "0.01"], "has its own"),
         (["locus", "-r", "400", "-c", "0.09", "--highest", "300"], None),
+        (["reproduce", "--first-page", "--quick"], "the first page has one form"),
     ],
 )
 def test_errors_are_one_line_with_exit_status_1(arguments, message):
