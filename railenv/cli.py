@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 import railenv
+from railenv import cli_train
 from railenv import vehicles as vehicle_records
 from railenv.errors import ParameterError, RailenvError
 
@@ -434,6 +435,9 @@ def demo(
 
     for path in run(directory, out):
         out.print(f"wrote {path}", highlight=False)
+
+
+app.command()(cli_train.train)
 
 
 if __name__ == "__main__":
