@@ -291,9 +291,7 @@ class LearnedPolicy(Controller):
         """
         h = content.header
         try:
-            network = Network.restore(
-                h["network"], content.arrays_named(*Network.names(h["network"]))
-            )
+            network = Network.restore(h["network"], content.arrays_named(*Network.names(h["network"])))
             return cls(
                 network=network,
                 readings=tuple(Reading(*row) for row in h["readings"]),

@@ -60,9 +60,7 @@ def train(
     if resume:
         if algorithm or config or changes or base or device or seed is not None or show:
             raise ParameterError("--resume takes the run's own recipe; give only --out and --steps")
-        done = agents.resume(
-            directory, total_timesteps=steps, tensorboard=tensorboard, progress=shown
-        )
+        done = agents.resume(directory, total_timesteps=steps, tensorboard=tensorboard, progress=shown)
     else:
         if algorithm is None:
             raise ParameterError("algorithm is missing; it must be ppo, sac or td3")
