@@ -101,7 +101,7 @@ def _read(path: str | PathLike[str]) -> BaseAlgorithm:
         kind = "td3"
     elif "clip_range" not in data:
         kind = "a2c"
-    return ALGORITHMS[kind].load(path, device="cpu")
+    return ALGORITHMS[kind].load(Path(path), device="cpu")
 
 
 def _actor(policy: Any) -> tuple[list[nn.Module], bool]:
@@ -110,7 +110,7 @@ def _actor(policy: Any) -> tuple[list[nn.Module], bool]:
         if getattr(policy, "squash_output", False):
             raise ParameterError("policies of PPO with squash_output cannot be read")
         return [policy.mlp_extractor.policy_net, policy.action_net], False
-    actor = getattr(policy, "actor", None)
+    actor: Any = getattr(policy, "actor", None)
     if hasattr(actor, "odd"):
         return [actor.odd, actor.mu], True
     if hasattr(actor, "latent_pi"):
@@ -139,14 +139,14 @@ def _arrays(
     orderly = all(isinstance(m, nn.Linear) == (k % 2 == 0) for k, m in enumerate(flat))
     if not orderly or len(kinds) > 1 or not kinds <= set(_ACTIVATIONS):
         raise ParameterError(
-            f"the actor has the layers {[type(m).__name__ for m in flat]}; linear layers must alternate "
-            f"with one of {sorted(_ACTIVATIONS.values())}"
+            f"the actor has the layers {[type(m).__name__ for m in flat]}; linear layers must "
+            f"alternate with one of {sorted(_ACTIVATIONS.values())}"
         )
 
     def plain(tensor: torch.Tensor) -> np.ndarray:
         return tensor.detach().cpu().numpy().astype(float)
 
-    activation = _ACTIVATIONS[next(iter(kinds))] if kinds else "tanh"  # type: ignore[index]
+    activation = _ACTIVATIONS[next(iter(kinds))] if kinds else "tanh"
     return (
         tuple(plain(m.weight) for m in linear),
         tuple(plain(m.bias) for m in linear),

@@ -1,4 +1,4 @@
-"""Judging a policy in between, by episodes and by its linear critical speeds; needs the extra ``rl``."""
+"""Judging a policy during training, by episodes and by its linear critical speeds; extra ``rl``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Learned policies behind the interface of every controller: NumPy only, linearised exactly, safe files."""
+"""Learned policies behind the interface of every controller: NumPy only, exactly linearised."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class LearnedPolicy(Controller):
     commands: tuple[str, ...]
     limit: float
     observation: Literal["state", "sensors"]
-    memory: MemorySettings = MemorySettings()
+    memory: MemorySettings = field(default_factory=MemorySettings)
     base: ScheduledController | None = None
     authority: float = 1.0
     period: float = CONTROL_PERIOD

@@ -48,7 +48,7 @@ class MemorySettings:
     def __post_init__(self) -> None:
         for name in ("history", "past_commands"):
             checks.whole(name, getattr(self, name), low=0)
-        if isinstance(self.corners, str) or not hasattr(self.corners, "__iter__"):
+        if not isinstance(self.corners, (list, tuple)):
             raise ParameterError(f"corners is {self.corners!r}; it must be frequencies in Hz")
         corners = [
             checks.number("corner of a filter", f, low=0.0, open_low=True, unit="Hz")

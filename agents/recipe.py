@@ -148,11 +148,11 @@ class Recipe:
     symmetric: bool = True
     normalize: bool = True
     env_kwargs: Mapping[str, Any] = field(default_factory=dict)
-    memory: MemorySettings = MemorySettings()
+    memory: MemorySettings = field(default_factory=MemorySettings)
     authority: float = 1.0
     base: str | None = None
     curriculum: Curriculum | None = None
-    evaluation: Evaluation = Evaluation()
+    evaluation: Evaluation = field(default_factory=Evaluation)
     checkpoint_every: int = 100_000
     hyperparameters: Mapping[str, Any] = field(default_factory=dict)
 
@@ -194,7 +194,8 @@ class Recipe:
             if f.name == "hyperparameters":
                 data |= value
             else:
-                data[f.name] = dataclasses.asdict(value) if dataclasses.is_dataclass(value) else value
+                record = isinstance(value, (MemorySettings, Curriculum, Evaluation))
+                data[f.name] = dataclasses.asdict(value) if record else value
         data["memory"].pop("history")
         plain: dict[str, Any] = json.loads(json.dumps(data))
         return plain

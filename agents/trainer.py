@@ -113,7 +113,7 @@ class Trainer:
             keywords["action_noise"] = _noise(keywords.pop("action_noise_std"), venv.action_space)
         try:
             return kind(
-                policy=_MIRROR[recipe.algorithm] if recipe.symmetric else "MlpPolicy",  # type: ignore[arg-type]
+                policy=_MIRROR[recipe.algorithm] if recipe.symmetric else "MlpPolicy",
                 env=venv,
                 seed=recipe.seed,
                 device=recipe.device,

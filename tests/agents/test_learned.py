@@ -107,8 +107,8 @@ def test_networks_that_do_not_fit_together_raise():
         dataclasses.replace(net, weights=(net.weights[0], net.weights[1][:, :-1]))
     with pytest.raises(railenv.ParameterError, match="not finite"):
         dataclasses.replace(net, biases=(net.biases[0] * np.nan, net.biases[1]))
+    shifted = dataclasses.replace(net.normalization, mean=np.ones(3))
     with pytest.raises(railenv.ParameterError, match="mean"):
-        shifted = dataclasses.replace(net.normalization, mean=np.ones(3))
         dataclasses.replace(net, normalization=shifted)
     with pytest.raises(railenv.UnknownNameError, match="activation"):
         dataclasses.replace(net, activation="tan")
