@@ -116,7 +116,8 @@ class Recipe:
     device : str
         torch's name of where the network is trained: ``"cpu"``, ``"cuda"`` or ``"auto"``.
     threads : int
-        Of torch on the processor; 0 leaves torch's own choice.
+        Of torch on the processor, for the whole process; small networks are fastest on one. 0 leaves
+        torch's own choice.
     symmetric : bool
         Whether the policy is odd under mirror symmetry by construction.
     normalize : bool
@@ -144,7 +145,7 @@ class Recipe:
     seed: int = 0
     n_envs: int = 64
     device: str = "cpu"
-    threads: int = 0
+    threads: int = 1
     symmetric: bool = True
     normalize: bool = True
     env_kwargs: Mapping[str, Any] = field(default_factory=dict)

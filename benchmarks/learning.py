@@ -26,16 +26,10 @@ def rows() -> Iterator[Row]:
     if importlib.util.find_spec("stable_baselines3") is None:
         yield Row("a million steps of PPO", "stable-baselines3 is not installed", "", "")
         return
-    for threads in (1, 2):
-        yield from _training(threads)
-
-
-def _training(threads: int) -> Iterator[Row]:
     from agents.trainer import Trainer
 
     made = dataclasses.replace(
         recipe("ppo", ENVIRONMENT),
-        threads=threads,
         evaluation=Evaluation(every=0, episodes=1),
         checkpoint_every=0,
     )
@@ -48,7 +42,7 @@ def _training(threads: int) -> Iterator[Row]:
     elapsed = time.perf_counter() - start
     million = elapsed * 1e6 / (ROLLOUTS * rollout)
     share = spent[0] / elapsed
-    what = f"PPO on the sensors of {ENVIRONMENT}, torch on {threads} thread{'s' * (threads > 1)}"
+    what = f"PPO on the sensors of {ENVIRONMENT}"
     yield Row(
         f"{what}, a million steps",
         million,

@@ -87,6 +87,7 @@ class Normalizer:
 def train(options: Options) -> list[float]:
     """Return the mean reward of a step in each iteration."""
     o = options
+    torch.set_num_threads(1)  # more are slower for networks this small
     torch.manual_seed(o.seed)
     env = gymnasium.make_vec(
         "railenv/Bogie-v0",

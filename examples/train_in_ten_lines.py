@@ -1,4 +1,4 @@
-"""Train a policy that keeps a bogie from hunting beyond its critical speed, then see what it is worth."""
+"""Train a policy against hunting beyond the critical speed, then see what it is worth."""
 
 import sys
 
