@@ -28,6 +28,7 @@ docs: $(STAMP) ## regenerate the pages that are made from code and measurements
 	$(BIN)/railenv vehicles --markdown > docs/vehicles.md
 	$(BIN)/python docs/make_environments.py --no-pictures
 	$(BIN)/python -m examples.reward_of_idle_and_lqr
+	$(BIN)/python -m benchmarks.scaling docs/scaling.md
 	$(BIN)/python -m benchmarks.run --markdown docs/benchmarks.md
 
 kernels: $(STAMP) ## regenerate railenv/kernels from railenv/equations

@@ -103,6 +103,8 @@ class Rollout:
     cases : sequence of Case
     track : Track, optional
         Smooth, with ideal readings, when left out.
+    like : Controller, optional
+        A controller that takes over later: the observation and the control period are its own.
     time_step : float
         Of the integration, s.
 
@@ -119,6 +121,7 @@ class Rollout:
         cases: Sequence[Case],
         track: Track | None = None,
         *,
+        like: Controller | None = None,
         time_step: float = 1e-3,
     ) -> None:
         if not cases:
@@ -126,7 +129,7 @@ class Rollout:
         self.track = Track() if track is None else track
         self.cases = tuple(cases)
         self.controller = controller
-        settings = _settings(model, controller, self.cases, self.track, time_step)
+        settings = _settings(model, controller or like, self.cases, self.track, time_step)
         n = len(self.cases)
         self.fleet = Fleet(settings, n, 1 if n < _SCALAR_BELOW else 16)
         self.derailed = np.zeros(n, dtype=bool)

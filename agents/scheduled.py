@@ -86,20 +86,36 @@ class Law:
         }
         return cls(np.atleast_1d(np.asarray(speeds, dtype=float)), D=gain, **matrices)
 
-    def at(self, speed: Array) -> tuple[Array, ...]:
+    def at(self, speeds: Array) -> tuple[Array, ...]:
         """Return A, B, C, D, E for each of some speeds, shape (count, ...)."""
-        clipped = np.clip(speed, self.speeds[0], self.speeds[-1])
-        if len(self.speeds) == 1:
-            return tuple(
-                np.broadcast_to(getattr(self, n), (len(clipped), *getattr(self, n).shape[1:]))
-                for n in _MATRICES
-            )
-        low = np.clip(np.searchsorted(self.speeds, clipped) - 1, 0, len(self.speeds) - 2)
-        share = (clipped - self.speeds[low]) / (self.speeds[low + 1] - self.speeds[low])
+        low, share = self._place(speeds)
         part = share[:, None, None]
         return tuple(
-            (1.0 - part) * getattr(self, n)[low] + part * getattr(self, n)[low + 1] for n in _MATRICES
+            (1.0 - part) * matrix[low] + part * matrix[np.minimum(low + 1, len(self.speeds) - 1)]
+            for matrix in self._matrices()
         )
+
+    def at_one(self, speed: float) -> tuple[Array, ...]:
+        """Return A, B, C, D, E at one speed."""
+        places, shares = self._place(np.array([speed]))
+        low, share = int(places[0]), float(shares[0])
+        if share == 0.0:
+            return tuple(matrix[low] for matrix in self._matrices())
+        return tuple(
+            (1.0 - share) * matrix[low] + share * matrix[low + 1] for matrix in self._matrices()
+        )
+
+    def _matrices(self) -> tuple[Array, ...]:
+        return self.A, self.B, self.C, self.D, self.E
+
+    def _place(self, speeds: Array) -> tuple[NDArray[np.intp], Array]:
+        """Return the node below each speed, and how far from it to the next, from 0 to 1."""
+        nodes = self.speeds
+        if len(nodes) == 1:
+            return np.zeros(len(speeds), dtype=np.intp), np.zeros(len(speeds))
+        clipped = np.clip(speeds, nodes[0], nodes[-1])
+        low = np.clip(np.searchsorted(nodes, clipped) - 1, 0, len(nodes) - 2)
+        return low, (clipped - nodes[low]) / (nodes[low + 1] - nodes[low])
 
 
 @dataclass(eq=False)
@@ -207,7 +223,7 @@ class ScheduledController(Controller):
 
     def linearize(self, signals: Array) -> control.StateSpace:
         """Return the law at a speed as a system in discrete time, from signals to moments (SI)."""
-        A, B, C, D, E = (matrix[0] for matrix in self.law.at(signals[[self._speed_at]]))
+        A, B, C, D, E = self.law.at_one(float(signals[self._speed_at]))
         return control.ss(
             A + E @ C,
             B + E @ D,
@@ -219,8 +235,11 @@ class ScheduledController(Controller):
         )
 
     def steady(self, signals: Array) -> Array:
-        """Return the moments (N m) that it settles at when the signals never change."""
-        A, B, C, D, E = (matrix[0] for matrix in self.law.at(signals[[self._speed_at]]))
+        """Return the moments (N m) that it settles at when the signals never change.
+
+        Not limited: where this exceeds the limit the actuator saturates, and nothing is linear.
+        """
+        A, B, C, D, E = self.law.at_one(float(signals[self._speed_at]))
         if not len(A):
             return np.asarray(D @ signals)
         inner = np.eye(len(A)) - A - E @ C

@@ -20,10 +20,12 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import optimize
 
 from design.dynamics import Dynamics, dynamics
+from design.mode_shape import ModeShape, displacement_rows
 from railenv import checks
 from railenv.equilibrium import Branch, Equilibrium, Point, SpeedPath, Stuck, find_equilibrium
 from railenv.errors import ParameterError
 from railenv.models import Model
+from railenv.threads import one_blas_thread
 
 if TYPE_CHECKING:
     import control
@@ -155,6 +157,13 @@ class CriticalSpeed:
         at = f" at {self.frequency:.4f} Hz" if self.frequency is not None else ""
         return f"{self.loss} from {self.speed:.4f} m/s{at}"
 
+    @property
+    def mode_shape(self) -> ModeShape | None:
+        """The critical mode as an object that draws and animates itself; None where there is none."""
+        if self.mode is None or self.eigenvalue is None:
+            return None
+        return ModeShape.of(self._model, self.mode, self.eigenvalue, str(self))
+
     def plot(self, ax: Axes | None = None) -> control.ControlPlot:
         """Draw the critical mode: magnitude and phase of every displacement."""
         from design.plots import plot_mode
@@ -217,11 +226,12 @@ def critical_speed(
             f"speed_range is {speed_range}; the lowest speed must be below the highest"
         )
     u = checks.vector("inputs", inputs, model.input_names)
-    start = find_equilibrium(model, speed=low, radius=radius, cant=cant, inputs=u)
     judged_by = dynamics(model, controller, period)
     unit = SpeedPath.unit if controller is None else _CLOSED_LOOP_STEP
-    branch = Branch(model, SpeedPath(checks.curvature(radius), start.cant, unit), u)
-    return _Search(model, branch, start, (low, high), judged_by).run()
+    with one_blas_thread():
+        start = find_equilibrium(model, speed=low, radius=radius, cant=cant, inputs=u)
+        branch = Branch(model, SpeedPath(checks.curvature(radius), start.cant, unit), u)
+        return _Search(model, branch, start, (low, high), judged_by).run()
 
 
 @dataclass(frozen=True)
@@ -343,7 +353,8 @@ class _Search:
             near = np.abs(eigenvalues - eigenvalues[k]) < _CLOSE * np.abs(eigenvalues).max()
             multiplicity = int(near.sum())
             mode = vectors[:n, k]
-            mode = mode / mode[np.argmax(np.abs(mode[: max(n // 2, 1)]))]
+            shape = mode[displacement_rows(self.model)]
+            mode = mode / shape[np.argmax(np.abs(shape))]
         oscillates = eigenvalue is not None and loss in ("hunting", "unstable at start")
         frequency = abs(eigenvalue.imag) / (2.0 * math.pi) if oscillates and eigenvalue else None
         return CriticalSpeed(
@@ -360,6 +371,6 @@ class _Search:
             model_name=self.model.name,
             state_names=self.model.state_names,
             inputs=self.start.inputs,
-            period=getattr(self.dynamics, "period", None),
+            period=self.dynamics.period,
             _model=self.model,
         )

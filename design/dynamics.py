@@ -20,6 +20,10 @@ Conditions = tuple[float, float, float]
 class Dynamics(Protocol):
     """Linear dynamics at the points of a branch of a vehicle's equilibria."""
 
+    @property
+    def period(self) -> float | None:
+        """Control period, s; None for a vehicle alone."""
+
     def eigenvalues(self, point: Point, conditions: Conditions) -> Complex:
         """Return the eigenvalues, 1/s."""
 
@@ -29,6 +33,8 @@ class Dynamics(Protocol):
 
 class OpenLoop:
     """A vehicle without a controller, in continuous time."""
+
+    period: float | None = None
 
     def eigenvalues(self, point: Point, conditions: Conditions) -> Complex:
         """Return the eigenvalues of the vehicle's Jacobian, 1/s."""
@@ -40,8 +46,10 @@ class OpenLoop:
         return values.astype(complex), vectors.astype(complex)
 
 
-def dynamics(model: Model, controller: Any | None, period: float | None) -> Dynamics:
+def dynamics(model: Model, controller: Any | None, period: float | None, memory: int = 0) -> Dynamics:
     """Return the dynamics of a model, alone (controller None) or sampled under a controller.
+
+    ``memory`` is for how many periods commands are states of the sampled map at least.
 
     Raises
     ------
@@ -54,4 +62,4 @@ def dynamics(model: Model, controller: Any | None, period: float | None) -> Dyna
                 f"period is {period!r} s without a controller; give one, or leave it out"
             )
         return OpenLoop()
-    return SampledDynamics(model, controller, period=period)
+    return SampledDynamics(model, controller, period=period, memory=memory)

@@ -30,6 +30,9 @@ CONDITIONS = ("speed", "curvature", "cant", "cant_deficiency")
 CONTROL_PERIOD = 0.005
 """s, unless a controller or a keyword says otherwise."""
 
+_NEWTON_STEPS = 20
+_SETTLED = 1e-9  # of the commands (of 1 N m below that)
+
 
 @runtime_checkable
 class Feedback(Protocol):
@@ -131,6 +134,124 @@ class StaticFeedback:
         shape = (len(self.output_labels), len(self.input_labels))
         gain = np.asarray(self.jacobian(signals), dtype=float).reshape(shape)
         return _static(gain, self.input_labels, self.output_labels, self.period)
+
+
+@dataclass(frozen=True)
+class ScaledFeedback:
+    """A controller whose commands are multiplied by a factor on their way to the actuators.
+
+    It does not know of the factor: past commands that it reads are those that it gave itself.
+
+    Attributes
+    ----------
+    feedback : Feedback
+    factor : float
+    """
+
+    feedback: Feedback
+    factor: float
+
+    def __post_init__(self) -> None:
+        checks.number("factor", self.factor)
+
+    @property
+    def period(self) -> float:
+        """Time between commands, s."""
+        return self.feedback.period
+
+    @property
+    def input_labels(self) -> list[str]:
+        """Names of the signals it reads; its past commands it remembers."""
+        return [name for name in self.feedback.input_labels if age_of(name) is None]
+
+    @property
+    def output_labels(self) -> list[str]:
+        """Names of the model's inputs that it commands."""
+        return list(self.feedback.output_labels)
+
+    def steady(self, signals: Array) -> Array:
+        """Return the commands (N m) that it settles at, by Newton's method where it reads past ones."""
+        return self.factor * self._commands(signals)
+
+    def linearize(self, signals: Array) -> control.StateSpace:
+        """Return its linearisation, whose states are the controller's and its past commands."""
+        own = self.feedback.linearize(self._all_signals(signals, self._commands(signals)))
+        own = control.ss(own, inputs=list(self.feedback.input_labels), outputs=self.output_labels)
+        remembering = with_memory(own)
+        return control.ss(
+            remembering.A,
+            remembering.B,
+            self.factor * remembering.C,
+            self.factor * remembering.D,
+            self.period,
+            inputs=self.input_labels,
+            outputs=self.output_labels,
+        )
+
+    def _all_signals(self, signals: Array, commands: Array) -> Array:
+        """Put steady commands where the controller reads past ones."""
+        given = iter(signals)
+        names = self.output_labels
+        ages = [age_of(name) for name in self.feedback.input_labels]
+        return np.array([next(given) if a is None else commands[names.index(a[0])] for a in ages])
+
+    def _commands(self, signals: Array) -> Array:
+        """Return the commands before the factor that repeat themselves."""
+        commands = np.zeros(len(self.output_labels))
+        read = [age_of(name) for name in self.feedback.input_labels]
+        if not any(read):
+            return self.feedback.steady(signals)
+        chosen = np.array(
+            [[a is not None and a[0] == name for a in read] for name in self.output_labels]
+        )
+        for _ in range(_NEWTON_STEPS):
+            full = self._all_signals(signals, commands)
+            excess = commands - self.feedback.steady(full)
+            if np.abs(excess).max() <= _SETTLED * max(1.0, float(np.abs(commands).max())):
+                return commands
+            slope = steady_gain(self.feedback.linearize(full)) @ chosen.T
+            commands = commands - np.linalg.solve(np.eye(len(commands)) - slope, excess)
+        raise ParameterError(
+            "the controller reads its own past commands and does not settle: Newton's method finds no "
+            f"steady command (commands still change by {np.abs(excess).max():.3g} N m)"
+        )
+
+
+def with_memory(system: control.StateSpace) -> control.StateSpace:
+    """Return a controller with its past commands as states, in place of inputs such as ``u[-1]``.
+
+    Parameters
+    ----------
+    system : control.StateSpace
+        In discrete time, with named inputs and outputs.
+    """
+    outputs = list(system.output_labels)
+    ages = [age_of(name) for name in system.input_labels]
+    fresh = [k for k, a in enumerate(ages) if a is None]
+    oldest = max((a[1] for a in ages if a is not None), default=0)
+    n, m = system.nstates, system.noutputs
+    reads = np.zeros((system.ninputs, m * oldest))
+    for row, age in enumerate(ages):
+        if age is not None:
+            reads[row, m * (age[1] - 1) + outputs.index(age[0])] = 1.0
+    C = np.hstack([system.C, system.D @ reads])
+    A = np.zeros((n + m * oldest,) * 2)
+    B = np.zeros((n + m * oldest, len(fresh)))
+    A[:n] = np.hstack([system.A, system.B @ reads])
+    B[:n] = system.B[:, fresh]
+    if oldest:
+        A[n : n + m], B[n : n + m] = C, system.D[:, fresh]
+        A[n + m :, n : n + m * (oldest - 1)] = np.eye(m * (oldest - 1))
+    labels = [system.input_labels[k] for k in fresh]
+    return control.ss(A, B, C, system.D[:, fresh], system.dt, inputs=labels, outputs=outputs)
+
+
+def steady_gain(controller: control.StateSpace) -> Array:
+    """Return what steady signals make of steady commands, shape (n_commands, n_signals)."""
+    if controller.nstates == 0:
+        return np.asarray(controller.D)
+    inner = np.eye(controller.nstates) - controller.A
+    return np.asarray(controller.D + controller.C @ np.linalg.lstsq(inner, controller.B, rcond=None)[0])
 
 
 def as_feedback(controller: Any, model: Model, period: float | None = None) -> Feedback:

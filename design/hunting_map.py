@@ -19,6 +19,7 @@ from design.continuation import CycleContinuation
 from design.critical_speed import SPEED_RANGE, CriticalSpeed, critical_speed
 from design.cycles import Cycle, CycleBranch, CycleError, SpecialPoint, cycle_branch
 from design.periodic import Setting
+from design.places import Place
 from railenv import checks
 from railenv.errors import EquilibriumError, ParameterError
 from railenv.models import Model
@@ -151,11 +152,11 @@ def hunting_map(
     beside: Cycle | None = None
     try:
         for value in todo:
-            place = _Place.of(model, parameter, value, radius, cant)
+            place = Place(model, radius, cant).replace(**{parameter: value})
             found = critical_speed(
                 place.model, radius=place.radius, cant=place.cant, speed_range=speed_range
             )
-            fold, beside, note = place.fold(found, beside, speed_range)
+            fold, beside, note = _fold(place, found, beside, speed_range)
             hopf.append(found)
             folds.append(fold)
             notes.append(note)
@@ -167,61 +168,46 @@ def hunting_map(
     )
 
 
-@dataclass(frozen=True)
-class _Place:
-    """The model and its curve at one value of the second parameter."""
+def _fold(
+    place: Place, hopf: CriticalSpeed, beside: Cycle | None, speed_range: tuple[float, float]
+) -> tuple[SpecialPoint | None, Cycle | None, str]:
+    """Return the fold, a stable motion beside it, and why there is none."""
+    if beside is not None:
+        followed = _followed(place, beside, speed_range)
+        if followed is not None:
+            return followed[0], followed[1], ""
+    if hopf.loss != "hunting":
+        return None, None, f"no Hopf point: {hopf}"
+    try:
+        branch = cycle_branch(place.model, start=hopf)
+    except (CycleError, EquilibriumError) as error:
+        return None, None, str(error)
+    lowest = branch.nonlinear_critical_speed
+    if lowest is None:
+        return None, None, f"the branch has no fold; {branch.ended}"
+    fold = next(f for f in branch.folds if f.value == lowest)
+    return fold, _beside(branch, fold), ""
 
-    model: Model
-    radius: float
-    cant: float
 
-    @classmethod
-    def of(cls, model: Model, parameter: str, value: float, radius: float, cant: float) -> _Place:
-        if parameter == "radius":
-            return cls(model, value, cant)
-        if parameter == "cant":
-            return cls(model, radius, value)
-        return cls(model.replace(**{parameter: value}), radius, cant)
-
-    def fold(
-        self, hopf: CriticalSpeed, beside: Cycle | None, speed_range: tuple[float, float]
-    ) -> tuple[SpecialPoint | None, Cycle | None, str]:
-        """Return the fold, a stable motion beside it, and why there is none."""
-        if beside is not None:
-            followed = self._followed(beside, speed_range)
-            if followed is not None:
-                return followed[0], followed[1], ""
-        if hopf.loss != "hunting":
-            return None, None, f"no Hopf point: {hopf}"
-        try:
-            branch = cycle_branch(self.model, start=hopf)
-        except (CycleError, EquilibriumError) as error:
-            return None, None, str(error)
-        lowest = branch.nonlinear_critical_speed
-        if lowest is None:
-            return None, None, f"the branch has no fold; {branch.ended}"
-        fold = next(f for f in branch.folds if f.value == lowest)
-        return fold, _beside(branch, fold), ""
-
-    def _followed(
-        self, beside: Cycle, speed_range: tuple[float, float]
-    ) -> tuple[SpecialPoint, Cycle] | None:
-        curvature = checks.curvature(self.radius)
-        u = np.zeros(self.model.n_inputs)
-        setting = Setting(self.model, "speed", beside.speed, curvature, self.cant, u)
-        try:
-            run = CycleContinuation.from_cycle(setting, beside, -1, speed_range, _LONGEST_STEP, None)
-        except (CycleError, ParameterError):
+def _followed(
+    place: Place, beside: Cycle, speed_range: tuple[float, float]
+) -> tuple[SpecialPoint, Cycle] | None:
+    curvature = checks.curvature(place.radius)
+    u = np.zeros(place.model.n_inputs)
+    setting = Setting(place.model, "speed", beside.speed, curvature, place.cant, u)
+    try:
+        run = CycleContinuation.from_cycle(setting, beside, -1, speed_range, _LONGEST_STEP, None)
+    except (CycleError, ParameterError):
+        return None
+    while len(run.cycles) < _FOLLOWED and not run.special:
+        before = len(run.cycles)
+        branch = run.run(before + 1, progress=False)
+        if len(run.cycles) == before:
             return None
-        while len(run.cycles) < _FOLLOWED and not run.special:
-            before = len(run.cycles)
-            branch = run.run(before + 1, progress=False)
-            if len(run.cycles) == before:
-                return None
-        folds = [s for s in run.special if s.kind == "fold"]
-        if not folds or not run.cycles[0].stable:
-            return None
-        return folds[0], _beside(branch, folds[0]) or run.cycles[0]
+    folds = [s for s in run.special if s.kind == "fold"]
+    if not folds or not run.cycles[0].stable:
+        return None
+    return folds[0], _beside(branch, folds[0]) or run.cycles[0]
 
 
 def _beside(branch: CycleBranch, fold: SpecialPoint) -> Cycle | None:

@@ -13,8 +13,7 @@ import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator, ScalarFormatter
-from numpy.typing import NDArray
+from matplotlib.ticker import FixedLocator, NullLocator, ScalarFormatter
 
 from railenv import checks
 
@@ -22,7 +21,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from design.critical_speed import CriticalSpeed
-    from design.locus import SpeedLocus
     from design.robust import RobustCriticalSpeed
     from design.sampled import ClosedLoop
     from design.sweep import CurveSweep
@@ -78,74 +76,13 @@ def _curve(radius: float, cant: float) -> str:
 
 def plot_mode(result: CriticalSpeed, ax: Axes | None = None) -> control.ControlPlot:
     """Draw the critical mode: magnitude of each displacement, with its phase written above."""
+    shape = result.mode_shape
+    if shape is not None:
+        return shape.bars(ax)
     with style():
         ax = _axes(ax)
-        if result.mode is None:
-            ax.text(0.5, 0.5, str(result), ha="center", transform=ax.transAxes)
-            return _drawn(ax)
-        n = len(result.state_names) // 2
-        shape = result.mode[:n]
-        magnitude, phase = np.abs(shape), np.degrees(np.angle(shape))
-        ax.bar(range(n), magnitude, color=STABLE, width=0.7)
-        for i in np.flatnonzero(magnitude > 1e-3):
-            ax.text(float(i), magnitude[i] + 0.02, f"{phase[i] + 0.0:.0f}°", ha="center", fontsize=8)
-        ax.set_xticks(range(n), result.state_names[:n], rotation=45, ha="right")
-        ax.set_ylim(0.0, 1.15)
-        ax.set_ylabel("magnitude (m and rad, largest = 1)")
-        ax.set_title(f"{result.model_name}: {result}")
-        ax.grid(axis="x", visible=False)
+        ax.text(0.5, 0.5, str(result), ha="center", transform=ax.transAxes)
         return _drawn(ax)
-
-
-def plot_locus(locus: SpeedLocus, ax: Axes | None = None) -> control.ControlPlot:
-    """Draw the oscillating modes in the upper half plane, from the lowest speed to the highest."""
-    with style():
-        ax = _axes(ax, (6.8, 5.0))
-        marked = locus.loci[:, locus.least_damped]
-        for k in range(locus.loci.shape[1]):
-            if k == locus.least_damped:
-                continue
-            mode = locus.loci[:, k]
-            ax.plot(mode.real, mode.imag, color=NEUTRAL, lw=1.2)
-            ax.plot(mode.real[-1], mode.imag[-1], "o", color=NEUTRAL, ms=3)
-        ax.plot(marked.real, marked.imag, color=STABLE, lw=2.4, label="least damped mode")
-        unstable = np.where(marked.real > 0.0, 1.0, np.nan)
-        ax.plot(marked.real * unstable, marked.imag * unstable, color=UNSTABLE, lw=2.4)
-        for v in _round_speeds(locus.speeds):
-            x, y = (np.interp(v, locus.speeds, part) for part in (marked.real, marked.imag))
-            ax.plot(x, y, ".", color="#333333", ms=4)
-            ax.annotate(f"{v:g} m/s", (x, y), xytext=(6, -3), textcoords="offset points", fontsize=7.5)
-        ax.axvline(0.0, color="#333333", lw=1.0)
-        critical = locus.critical
-        if critical.speed is not None and critical.eigenvalue is not None:
-            ax.plot(
-                critical.eigenvalue.real,
-                critical.eigenvalue.imag,
-                "o",
-                color=UNSTABLE,
-                ms=9,
-                mfc="white",
-                mew=2,
-                label=f"critical speed {critical.speed:.1f} m/s",
-            )
-        top = 1.25 * float(marked.imag.max())
-        left = 1.6 * min(float(marked.real.min()), -0.15 * top)
-        ax.set_xlim(left, max(0.15 * top, 1.5 * float(marked.real.max())))
-        ax.set_ylim(-0.03 * top, top)
-        ax.set_xlabel("real part (1/s)")
-        ax.set_ylabel("imaginary part (rad/s)")
-        ax.set_title(
-            f"{locus.sysname}, {_curve(locus.radius, locus.cant)}: "
-            f"{locus.speeds[0]:g} to {locus.speeds[-1]:g} m/s"
-        )
-        ax.legend(loc="upper left")
-        return _drawn(ax)
-
-
-def _round_speeds(speeds: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return some four to eight round speeds within a range."""
-    ticks = MaxNLocator(nbins=8, steps=[1, 2, 2.5, 5, 10]).tick_values(speeds[0], speeds[-1])
-    return ticks[(ticks >= speeds[0]) & (ticks <= speeds[-1])]
 
 
 def plot_multipliers(loop: ClosedLoop, ax: Axes | None = None) -> control.ControlPlot:
@@ -200,7 +137,8 @@ def plot_robust(
         return _drawn(ax)
 
 
-_RADIUS_TICKS = [100, 250, 500, 1000, 2500, 5000, 10000, 25000, 50000]
+RADIUS_TICKS = [100, 250, 500, 1000, 2500, 5000, 10000, 25000, 50000]
+"""m, of logarithmic axes."""
 
 LOSS_MARKERS = {
     "hunting": ("o", "hunting"),
@@ -229,7 +167,7 @@ def plot_sweep(
             height = sweep.speed if loss != "none" else np.full(len(losses), sweep.highest_speed)
             ax.plot(sweep.radius[chosen], height[chosen], marker, color=color, ms=5, mew=1.3)
         ax.set_xscale("log")
-        ax.xaxis.set_major_locator(FixedLocator(_RADIUS_TICKS))
+        ax.xaxis.set_major_locator(FixedLocator(RADIUS_TICKS))
         ax.xaxis.set_minor_locator(NullLocator())
         ax.xaxis.set_major_formatter(ScalarFormatter())
         ax.set_xlabel("curve radius (m)")

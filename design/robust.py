@@ -25,6 +25,7 @@ from railenv import checks
 from railenv.equilibrium import follow_speeds
 from railenv.errors import EquilibriumError, ParameterError
 from railenv.models import Model
+from railenv.threads import one_blas_thread
 
 if TYPE_CHECKING:
     import control
@@ -38,9 +39,9 @@ LOWEST_SPEED = 20.0
 _MOST_CORNERS = 6  # of a box in more dimensions, corners are left to chance
 _SPEED_TOLERANCE = 1e-3
 _SPEEDS = 24  # at which growth rates are looked at
-_STARTS = 3  # local searches
-_ROUNDS = 4
-_EVALUATIONS = 60
+_STARTS = 2  # local searches
+_ROUNDS = 3
+_EVALUATIONS = 12  # of a local search, for each dimension and one more
 
 
 @dataclass(frozen=True)
@@ -157,9 +158,10 @@ def robust_critical_speed(
         from rich.progress import track
 
         points = track(list(points), description=f"robust critical speed, {model.name}")
-    for point in points:
-        search.stable_up_to(point)
-    search.refine()
+    with one_blas_thread():
+        for point in points:
+            search.stable_up_to(point)
+        search.refine()
     return search.result()
 
 
@@ -286,7 +288,7 @@ class _Search:
             method="Nelder-Mead",
             options={
                 "initial_simplex": simplex,
-                "maxfev": _EVALUATIONS,
+                "maxfev": _EVALUATIONS * (self._dimension + 1),
                 "xatol": 1e-3,
                 "fatol": 0.02,
             },

@@ -16,8 +16,8 @@ import control
 import numpy as np
 from numpy.typing import NDArray
 
-from design.feedback import CONDITIONS, Feedback, age_of, as_feedback
-from design.linearization import held_inputs
+from design.feedback import CONDITIONS, Feedback, age_of, as_feedback, steady_gain, with_memory
+from design.linearization import discretize, held_inputs
 from railenv import checks
 from railenv.equilibrium import Point, find_equilibrium
 from railenv.equipment import Equipped
@@ -31,6 +31,7 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 _STEADY = 1e-9  # of a command's typical size, what counts as settled
+_SETTLED = 1e-6  # last change of a state, in units of the model's scale
 _NEWTON_STEPS = 20
 _SMALLEST_MULTIPLIER = 1e-12  # what the map forgets within a period
 
@@ -164,10 +165,38 @@ def closed_loop(
     return ClosedLoop(model.name, float(speed), float(radius), cant, state, commands, system)
 
 
+def open_loop(
+    model: Model,
+    controller: Any,
+    *,
+    speed: float,
+    radius: float = math.inf,
+    cant: float = 0.0,
+    period: float | None = None,
+    delay: float | None = None,
+) -> control.StateSpace:
+    """Open the loop of a vehicle and a controller at the commands, about their common equilibrium.
+
+    Parameters are those of :func:`closed_loop`, as are the errors.
+
+    Returns
+    -------
+    control.StateSpace
+        L in discrete time, from commands to minus commands: the closed loop is ``1 + L``, as
+        python-control's ``margin`` and ``root_locus_map`` take it. Past commands that the controller
+        reads are those that it gave itself.
+    """
+    dynamics = SampledDynamics(model, controller, period=period, delay=delay)
+    conditions = (float(speed), checks.curvature(radius), checks.cant(cant))
+    found = find_equilibrium(model, speed=speed, radius=radius, cant=cant)
+    return dynamics.loop(*dynamics.equilibrium(found.state, *conditions), conditions)
+
+
 class SampledDynamics:
     """The map over one control period along a branch of equilibria, for searches and loci.
 
-    Parameters are those of :func:`closed_loop`.
+    Parameters are those of :func:`closed_loop`, and ``memory``: for how many periods commands are
+    states of the map at least, so that maps for different delays have the same size.
     """
 
     def __init__(
@@ -177,6 +206,7 @@ class SampledDynamics:
         *,
         period: float | None = None,
         delay: float | None = None,
+        memory: int = 0,
     ) -> None:
         self.model = model
         self.feedback: Feedback = as_feedback(controller, model, period)
@@ -189,8 +219,13 @@ class SampledDynamics:
         whole = math.floor(self.delay / self.period + 1e-9)
         exact = self.delay - whole * self.period < 1e-9 * self.period
         read = [found[1] for name in self.feedback.input_labels if (found := age_of(name))]
-        self._ages = max([whole if exact else whole + 1, *read])
+        self._ages = max([whole if exact else whole + 1, memory, *read])
         self._selection = self._selected()
+
+    @property
+    def memory(self) -> int:
+        """For how many periods commands are states of the map."""
+        return self._ages
 
     def _selected(self) -> Array:
         """Return the matrix that picks the controller's signals from states and past commands."""
@@ -231,15 +266,16 @@ class SampledDynamics:
         conditions = (speed, curvature, cant)
         n, chosen = self.model.n_states, self._commands
         commands, inputs = np.zeros(len(chosen)), np.zeros(self.model.n_inputs)
+        settled = True  # the vehicle's own equilibrium, unless the controller commands something
         for _ in range(_NEWTON_STEPS):
             inputs[chosen] = commands
             self._evaluator.set(state, speed, curvature, cant, inputs)
             jacobian = self._evaluator.jacobian()
             signals = self._signals(state, commands, conditions)
             excess = commands - self.feedback.steady(signals)
-            if not np.abs(excess).max(initial=0.0) > _STEADY * self._size:
+            if settled and not np.abs(excess).max(initial=0.0) > _STEADY * self._size:
                 return state, commands, jacobian
-            gain = _steady_gain(self.feedback.linearize(signals)) @ self._selection
+            gain = steady_gain(self.feedback.linearize(signals)) @ self._selection
             to_commands = gain[:, n:].reshape(len(chosen), self._ages, len(chosen)).sum(axis=1)
             matrix = np.block(
                 [[jacobian[:, :n], jacobian[:, n:][:, chosen]], [-gain[:, :n], -to_commands]]
@@ -248,6 +284,7 @@ class SampledDynamics:
             residual = np.concatenate([self._evaluator.rhs(), excess])
             change = np.linalg.solve(matrix, residual)
             state, commands = state - change[:n], commands - change[n:]
+            settled = bool(np.abs(change[:n] / self._scale).max() < _SETTLED)
             if not np.isfinite(state).all():
                 break
         raise EquilibriumError(
@@ -320,6 +357,48 @@ class SampledDynamics:
             name=f"{self.model.name}_closed_loop",
         )
 
+    def loop(
+        self, state: Array, commands: Array, jacobian: Array, conditions: tuple[float, float, float]
+    ) -> control.StateSpace:
+        """Return the open loop at an equilibrium, for negative feedback around it.
+
+        From deviations of what the actuators are told (before the transport delay) to minus those of
+        what the controller tells them, both with the commands' names. Past commands that the
+        controller reads are those that it gave itself.
+        """
+        n, names = self.model.n_states, list(self.feedback.output_labels)
+        plant = control.ss(
+            jacobian[:, :n],
+            jacobian[:, n:][:, self._commands],
+            np.eye(n),
+            0,
+            inputs=names,
+            outputs=list(self.model.state_names),
+        )
+        sampled = discretize(plant, self.period, delay=self.delay)
+        controller = self.feedback.linearize(self._signals(state, commands, conditions))
+        labels = list(self.feedback.input_labels)
+        own = with_memory(control.ss(controller, inputs=labels, outputs=names))
+        picked = np.zeros((own.ninputs, n))
+        for row, name in enumerate(own.input_labels):
+            if name in self.model.state_names:  # running conditions do not change
+                picked[row, self.model.state_names.index(name)] = 1.0
+        k = own.nstates
+        A = np.zeros((sampled.nstates + k,) * 2)
+        A[: -k or None, : -k or None] = sampled.A
+        C = picked @ sampled.C
+        A[sampled.nstates :] = np.hstack([own.B @ C, own.A])
+        return control.ss(
+            A,
+            np.vstack([sampled.B, np.zeros((k, len(names)))]),
+            -np.hstack([own.D @ C, own.C]),
+            0,
+            self.period,
+            inputs=names,
+            outputs=names,
+            name=f"{self.model.name}_open_loop",
+        )
+
     def modes(self, point: Point, conditions: tuple[float, float, float]) -> tuple[Complex, Complex]:
         """Return eigenvalues (1/s) and eigenvectors of the closed loop at a point of a branch."""
         multipliers, vectors = np.linalg.eig(self._matrix_at(point, conditions))
@@ -338,10 +417,3 @@ def continuous(multipliers: Complex, period: float) -> Complex:
     """Return multipliers over a period (s) as eigenvalues in continuous time, 1/s."""
     magnitude = np.maximum(np.abs(multipliers), _SMALLEST_MULTIPLIER)
     return (np.log(magnitude) + 1j * np.angle(multipliers)) / period
-
-
-def _steady_gain(controller: control.StateSpace) -> Array:
-    if controller.nstates == 0:
-        return np.asarray(controller.D)
-    inner = np.eye(controller.nstates) - controller.A
-    return np.asarray(controller.D + controller.C @ np.linalg.lstsq(inner, controller.B, rcond=None)[0])

@@ -65,6 +65,18 @@ SetOption = Annotated[
     list[str] | None,
     typer.Option("--set", help="Change a parameter, as conicity=0.2; may be repeated."),
 ]
+YawRateGainOption = Annotated[
+    float | None,
+    typer.Option(help="Damp the yaw rate by actuators: moment against it, N m per rad/s."),
+]
+WashoutOption = Annotated[
+    float | None,
+    typer.Option(help="Time constant (s) of forgetting a steady yaw rate; never if left out."),
+]
+DelayOption = Annotated[
+    float | None, typer.Option(help="Transport delay of the commands, s; 0.01 if left out.")
+]
+PeriodOption = Annotated[float | None, typer.Option(help="Control period, s; 0.005 if left out.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")]
 PlotOption = Annotated[
     Path | None, typer.Option("--plot", help="Draw into this file (.png, .svg or .pdf).")
@@ -248,6 +260,9 @@ def critical_speed(
     highest: Annotated[float, typer.Option(help="Highest speed searched, m/s.")] = 400.0,
     changes: SetOption = None,
     plot: PlotOption = None,
+    animate: Annotated[
+        Path | None, typer.Option(help="Animate the critical mode into this file (.gif).")
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Find the speed at which steady running ends: by hunting, divergence or loss of equilibrium."""
@@ -261,6 +276,11 @@ def critical_speed(
         out.print(f"{built.name}: {found}", highlight=False)
     if plot:
         _save(found.plot(), plot)
+    if animate:
+        if found.mode_shape is None:
+            raise ParameterError(f"--animate needs a critical mode, but {built.name} is {found}")
+        found.mode_shape.animate().save(animate, writer="pillow")
+        out.print(f"wrote {animate}", highlight=False)
 
 
 @app.command()
@@ -271,45 +291,84 @@ def locus(
     cant: CantOption = 0.0,
     lowest: Annotated[float, typer.Option(help="Lowest speed, m/s.")] = 5.0,
     highest: Annotated[float, typer.Option(help="Highest speed, m/s.")] = 200.0,
-    points: Annotated[int, typer.Option(min=2, help="Number of speeds.")] = 100,
+    points: Annotated[int, typer.Option(min=2, help="Number of speeds or values.")] = 100,
+    parameter: Annotated[
+        str | None,
+        typer.Option(help="Vary this instead of the speed, as conicity; gain, of the controller."),
+    ] = None,
+    first: Annotated[float | None, typer.Option("--from", help="Lowest value of it.")] = None,
+    last: Annotated[float | None, typer.Option("--to", help="Highest value of it.")] = None,
+    speed: Annotated[float | None, typer.Option("--speed", "-s", help="Speed for it, m/s.")] = None,
+    yaw_rate_gain: YawRateGainOption = None,
+    washout: WashoutOption = None,
+    delay: DelayOption = None,
+    period: PeriodOption = None,
+    changes: SetOption = None,
+    plot: PlotOption = None,
+    damping_plot: Annotated[
+        Path | None, typer.Option(help="Draw damping ratio and frequency into this file.")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Compute the eigenvalues over speed or over a parameter, sorted into modes."""
+    from railenv import cli_design as command
+
+    loop = command.loop(
+        _model(model, vehicle, None),
+        _assignments(changes, "--set"),
+        command.YawDamper(yaw_rate_gain, washout, delay, period),
+    )
+    if parameter is None:
+        command.only_with_parameter({"--from": first, "--to": last, "--speed": speed})
+        locus, found = command.speed_locus(loop, (lowest, highest), points, radius, cant)
+    else:
+        locus, found = command.parameter_locus(
+            loop, parameter, (first, last), points, speed, radius, cant
+        )
+    if as_json:
+        _print_json(found.summary)
+    else:
+        for part in found.shown:
+            out.print(part, highlight=False)
+    if plot:
+        _save(found.draw(), plot)
+    if damping_plot:
+        _save(locus.plot_damping(), damping_plot)
+
+
+@app.command()
+def margins(
+    speed: Annotated[float, typer.Option("--speed", "-s", help="Forward speed, m/s.")],
+    yaw_rate_gain: Annotated[
+        float, typer.Option(help="Moment commanded against a yaw rate, N m per rad/s.")
+    ],
+    vehicle: VehicleOption = "HIGH_SPEED_COACH",
+    model: ModelOption = "bogie",
+    radius: RadiusOption = math.inf,
+    cant: CantOption = 0.0,
+    washout: WashoutOption = None,
+    delay: DelayOption = None,
+    period: PeriodOption = None,
     changes: SetOption = None,
     plot: PlotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Compute the eigenvalues over speed, sorted into modes (the speed locus)."""
-    import numpy as np
+    """Compute gain, phase, disk and delay margins of a vehicle whose actuators damp its yaw rate."""
+    from railenv import cli_design as command
 
-    import design
-
-    built = _model(model, vehicle, changes)
-    found = design.speed_locus(built, np.linspace(lowest, highest, points), radius=radius, cant=cant)
-    k = found.least_damped
+    loop = command.loop(
+        _model(model, vehicle, None),
+        _assignments(changes, "--set"),
+        command.YawDamper(yaw_rate_gain, washout, delay, period),
+    )
+    found = command.margins(loop, speed, radius, cant)
     if as_json:
-        _print_json(
-            {
-                "model": built.name,
-                "speed": found.speeds.tolist(),
-                "real": found.loci.real.tolist(),
-                "imag": found.loci.imag.tolist(),
-                "least_damped": k,
-                "critical_speed": found.critical.summary(),
-                "ended": found.ended,
-            }
-        )
+        _print_json(found.summary)
     else:
-        table = Table(title=f"{built.name}: least damped mode; {found.critical}")
-        for title in ("speed (m/s)", "growth rate (1/s)", "frequency (Hz)", "damping ratio"):
-            table.add_column(title, justify="right")
-        for i in range(0, len(found.speeds), max(1, len(found.speeds) // 20)):
-            table.add_row(
-                f"{found.speeds[i]:.2f}",
-                f"{found.loci[i, k].real:+.4f}",
-                f"{found.frequency[i, k]:.4f}",
-                f"{found.damping[i, k]:+.5f}",
-            )
-        out.print(table)
+        for part in found.shown:
+            out.print(part, highlight=False)
     if plot:
-        _save(found.plot(), plot)
+        _save(found.draw(), plot)
 
 
 @app.command()
@@ -347,6 +406,54 @@ def bifurcation(
         found = command.hunting_map(built, chart, radius, cant, show)
     else:
         found = command.branch(built, radius, cant, (lowest, highest), points, state, simulated, show)
+    if as_json:
+        _print_json(found.summary)
+    else:
+        for part in found.shown:
+            out.print(part, highlight=False)
+    if plot:
+        _save(found.draw(), plot)
+
+
+@app.command("map")
+def stability_map(
+    x: Annotated[
+        str,
+        typer.Option("--x", help="First parameter, as radius:500:20000:40:log or radius:500,1000,inf."),
+    ],
+    y: Annotated[str, typer.Option("--y", help="Second parameter, as conicity:0.05:0.4:40.")],
+    vehicle: VehicleOption = "HIGH_SPEED_COACH",
+    model: ModelOption = "bogie",
+    quantity: Annotated[
+        Literal["critical-speed", "damping", "growth"], typer.Option(help="What to map.")
+    ] = "critical-speed",
+    speed: Annotated[
+        float | None, typer.Option("--speed", "-s", help="Speed for damping and growth, m/s.")
+    ] = None,
+    radius: RadiusOption = math.inf,
+    cant: CantOption = 0.0,
+    store: Annotated[
+        Path | None, typer.Option(help="Keep finished cells in this file; a rerun continues it.")
+    ] = None,
+    jobs: Annotated[int, typer.Option(help="Processes; -1 is one for each processor.")] = -1,
+    changes: SetOption = None,
+    plot: PlotOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Map critical speed, damping or growth rate over two parameters, in parallel."""
+    from railenv import cli_map as command
+
+    found = command.stability_map(
+        _model(model, vehicle, changes),
+        (x, y),
+        quantity=quantity,
+        speed=speed,
+        radius=radius,
+        cant=cant,
+        store=store,
+        n_jobs=jobs,
+        progress=not as_json and err.is_terminal,
+    )
     if as_json:
         _print_json(found.summary)
     else:

@@ -178,6 +178,8 @@ class Equipped(Model):
         If the plant cannot carry actuators at that place.
     """
 
+    _shipped = True
+
     def __init__(
         self,
         plant: Bogie | DualWheelset,

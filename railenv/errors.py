@@ -7,7 +7,17 @@ from typing import Any
 
 
 class RailenvError(Exception):
-    """Base of all exceptions that the package defines."""
+    """Base of all exceptions that the package defines; they survive the way between processes."""
+
+    def __reduce__(self) -> Any:
+        return _restored, (type(self), self.args, self.__dict__)
+
+
+def _restored(kind: type[RailenvError], args: Any, attributes: dict[str, Any]) -> RailenvError:
+    """Return an exception as it was pickled, without its ``__init__``."""
+    error = kind.__new__(kind, *args)
+    error.__dict__.update(attributes)
+    return error
 
 
 class ParameterError(RailenvError, ValueError):

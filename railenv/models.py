@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import copy
+import hashlib
 import keyword
 from collections.abc import Callable, Mapping, Sequence
 from types import ModuleType, SimpleNamespace
@@ -74,6 +75,9 @@ class Model:
     array([ 0. , -0.4])
     """
 
+    _shipped = False
+    """Whether the kernels are the package's own, under the model's name."""
+
     def __init__(
         self,
         name: str,
@@ -112,6 +116,18 @@ class Model:
             raise ParameterError(f"scale is {scale!r}; it must be greater than 0")
         self._source = source
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out the text of the package's own kernels, which every process has."""
+        state = dict(self.__dict__)
+        if self._shipped and self._source == loader.shipped_source(self.name):
+            del state["_source"]
+        return state
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        if "_source" not in state:
+            self._source = loader.shipped_source(self.name)
+
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.name!r}: {self.n_states} states>"
 
@@ -129,6 +145,11 @@ class Model:
     def variable_names(self) -> tuple[str, ...]:
         """Names of the quantities that :meth:`replace` changes."""
         return tuple(self.parameters)
+
+    @property
+    def equations_hash(self) -> str:
+        """Hash of the text of the kernels: another where the equations are others."""
+        return hashlib.sha256(self._source.encode()).hexdigest()[:16]
 
     def replace(self, **changes: float) -> Self:
         """Return the same model with some parameters changed; kernels are shared.
@@ -360,6 +381,7 @@ class Evaluator:
 class _VehicleModel(Model):
     """A model whose parameters are those of a Vehicle."""
 
+    _shipped = True
     _name: str
     _states: tuple[str, ...]
     _inputs: tuple[str, ...]
@@ -460,6 +482,8 @@ class CooperriderBogie(Model):
     record : CooperriderParameters, optional
         The bogie of the literature when left out.
     """
+
+    _shipped = True
 
     def __init__(self, record: CooperriderParameters = COOPERRIDER) -> None:
         if not isinstance(record, CooperriderParameters):

@@ -86,6 +86,56 @@ def test_locus_as_table_json_and_plot(tmp_path):
     assert "<svg" in picture.read_text()
 
 
+def test_locus_over_a_parameter_and_over_the_gain_of_a_controller(tmp_path):
+    picture, damping = tmp_path / "locus.png", tmp_path / "damping.png"
+    span = ("--from", 0.02, "--to", 0.3, "-s", 110, "--points", 8)
+    command = ("locus", "--parameter", "conicity", *span)
+    data = json.loads(invoke(*command, "--json"))
+    (point,) = data["critical_points"]
+    assert data["values"][0] == 0.02
+    assert point["stability"] == "lost"
+    speed = json.loads(invoke("critical-speed", "--set", f"conicity={point['value']}", "--json"))
+    assert speed["speed"] == pytest.approx(110.0, rel=1e-6)
+    invoke(*command, "--plot", picture, "--damping-plot", damping)
+    assert min(picture.stat().st_size, damping.stat().st_size) > 1000
+    gain = ("--parameter", "gain", "--from", 0, "--to", 1, "--points", 4, "-s", 130)
+    assert "stability gained" in invoke("locus", *gain, "--yaw-rate-gain", 2e5, "--period", 0.01)
+
+
+def test_locus_over_speed_of_a_damped_bogie():
+    data = json.loads(
+        invoke("locus", "--lowest", 60, "--points", 5, "--yaw-rate-gain", 1e5, "--delay", 0, "--json")
+    )
+    (point,) = data["critical_points"]
+    assert point["value"] > 120.0
+
+
+def test_margins_as_text_json_and_plot(tmp_path):
+    command = ("margins", "-s", 130, "--yaw-rate-gain", 2e5, "--set", "limit=2e4")
+    said = invoke(*command, "--plot", tmp_path / "nyquist.png")
+    assert "command_b" in said
+    data = json.loads(invoke(*command, "--json"))
+    (channel,) = data["channels"]
+    assert channel["gain_reduction"] < 1.0 < channel["gain_margin"]
+    late = json.loads(invoke(*command, "--delay", 0.01 + 1.01 * data["delay_margin"], "--json"))
+    assert late["stable"] is False
+    assert "no margins" in invoke("margins", "-s", 240, "--yaw-rate-gain", 2e5)
+
+
+def test_margins_of_both_actuators_of_a_dual_wheelset_with_a_washout():
+    vehicle = ("-m", "dual-wheelset", "-v", "TABLE_1")
+    data = json.loads(
+        invoke("margins", *vehicle, "-s", 34, "--yaw-rate-gain", 1e5, "--washout", 1, "--json")
+    )
+    assert [c["channel"] for c in data["channels"]] == ["command_w1", "command_w2"]
+
+
+def test_critical_mode_is_animated(tmp_path):
+    file = tmp_path / "mode.gif"
+    invoke("critical-speed", "--animate", file)
+    assert file.read_bytes()[:3] == b"GIF"
+
+
 def test_simulate_reports_growth_above_the_critical_speed_and_writes_all_states(tmp_path):
     table = tmp_path / "run.csv"
     data = json.loads(
@@ -116,7 +166,9 @@ def test_simulate_reports_growth_above_the_critical_speed_and_writes_all_states(
     assert "y_w1" in invoke("simulate", "-s", 100, "--duration", 1, "--plot", tmp_path / "y.png")
 
 
-@pytest.mark.parametrize("command", ["vehicles", "critical-speed", "locus", "simulate", "demo"])
+@pytest.mark.parametrize(
+    "command", ["vehicles", "critical-speed", "locus", "margins", "simulate", "demo"]
+)
 def test_every_option_of_every_command_is_explained(command):
     parameters = cli.typer.main.get_command(cli.app).commands[command].params
     assert parameters
@@ -134,6 +186,10 @@ def test_every_option_of_every_command_is_explained(command):
         (["critical-speed", "-r", "0"], "radius is 0 m"),
         (["critical-speed", "-v", "nowhere.toml"], "nowhere.toml"),
         (["simulate", "-s", "100", "--show", "y_w7"], "y_w7"),
+        (["locus", "--from", "1"], "--from needs --parameter"),
+        (["locus", "--parameter", "conicity"], "needs --from, --to and --speed"),
+        (["locus", "--delay", "0.01"], "--delay needs a controller"),
+        (["margins", "-s", "60", "--yaw-rate-gain", "1", "-m", "cooperrider"], "needs a bogie"),
         (["locus", "-r", "400", "-c", "0.09", "--highest", "300"], None),
     ],
 )

@@ -1,0 +1,133 @@
+"""Results of a study on disk: a file of JSON lines that a run appends to and a later run continues.
+
+The first line has the settings of the study, every other line what was found for one cell. Lines are
+appended by one write for each batch; a line cut short by a crash is dropped when the file is opened
+again.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from railenv.errors import ParameterError
+
+Record = dict[str, Any]
+"""What a study finds for one cell: names with numbers, strings, None, or lists of these."""
+
+_FORMAT = "railenv study 1"
+_SHOWN = 5  # differences that a message tells
+
+
+class Store:
+    """The file of one study. One run at a time writes to it.
+
+    Parameters
+    ----------
+    path : path
+        A file; made if there is none.
+    settings : mapping
+        Everything that the results depend on, as plain numbers, strings, lists and mappings.
+
+    Raises
+    ------
+    ParameterError
+        If the file is of a study with other settings (the message says what differs), or is no study.
+    """
+
+    def __init__(self, path: str | Path, settings: Mapping[str, Any]) -> None:
+        self.path = Path(path)
+        if self.path.is_dir():
+            raise ParameterError(f"store is {str(path)!r}, a directory; it must be a file")
+        self.records: dict[int, Record] = {}
+        header = {"format": _FORMAT, "settings": plain(settings)}
+        lines = self._lines()
+        if lines:
+            self._check(lines[0], header)
+            for number, line in enumerate(lines[1:], start=2):
+                record = self._parsed(line, number)
+                self.records[record.pop("cell")] = record
+        else:
+            self._append([header])
+
+    def add(self, records: Mapping[int, Record]) -> None:
+        """Append what was found for some cells, in one write."""
+        self._append([{"cell": cell, **record} for cell, record in records.items()])
+        self.records.update(records)
+
+    def _lines(self) -> list[bytes]:
+        """Return the complete lines, and cut off an incomplete one."""
+        if not self.path.exists():
+            return []
+        content = self.path.read_bytes()
+        whole = content.rfind(b"\n") + 1
+        if whole < len(content):
+            if whole == 0 and not content.startswith(b'{"format"'[: len(content)]):
+                raise self._foreign()
+            with self.path.open("r+b") as file:
+                file.truncate(whole)
+        return content[:whole].splitlines()
+
+    def _check(self, line: bytes, header: Mapping[str, Any]) -> None:
+        try:
+            found = json.loads(line)
+        except ValueError:
+            raise self._foreign() from None
+        if not isinstance(found, dict) or found.get("format") != _FORMAT:
+            raise self._foreign()
+        different = list(differences(found["settings"], header["settings"]))
+        if different:
+            more = len(different) - _SHOWN
+            raise ParameterError(
+                f"store {str(self.path)!r} is of a study with other settings: "
+                + "; ".join(different[:_SHOWN])
+                + (f"; and {more} more" if more > 0 else "")
+                + ". Name another file, or delete this one"
+            )
+
+    def _parsed(self, line: bytes, number: int) -> Record:
+        try:
+            record = json.loads(line)
+        except ValueError:
+            record = None
+        if not isinstance(record, dict) or not isinstance(record.get("cell"), int):
+            raise ParameterError(f"store {str(self.path)!r} is damaged: line {number} is no result")
+        return record
+
+    def _foreign(self) -> ParameterError:
+        return ParameterError(f"store {str(self.path)!r} exists and is not the store of a study")
+
+    def _append(self, lines: list[Mapping[str, Any]]) -> None:
+        text = "".join(json.dumps(line, allow_nan=False) + "\n" for line in lines)
+        with self.path.open("ab") as file:  # flushed by one write when closed
+            file.write(text.encode())
+
+
+def plain(value: Any) -> Any:
+    """Return a value as JSON has it; numbers that are not finite become strings."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    if isinstance(value, Mapping):
+        return {str(name): plain(entry) for name, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(entry) for entry in value]
+    return value
+
+
+def differences(stored: Any, present: Any, name: str = "") -> Iterator[str]:
+    """Say what differs between two settings, one text for each."""
+    if isinstance(stored, dict) and isinstance(present, dict):
+        for key in [*stored, *(k for k in present if k not in stored)]:
+            inner = f"{name}.{key}" if name else key
+            yield from differences(stored.get(key), present.get(key), inner)
+    elif stored != present:
+        yield f"{name} is {_short(stored)} there, {_short(present)} now"
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, list) and len(value) > 3:
+        return f"[{value[0]}, {value[1]}, ..., {value[-1]}] ({len(value)} values)"
+    return "not given" if value is None else repr(value)
