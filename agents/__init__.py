@@ -4,7 +4,8 @@
 >>> controller = agents.LQR.design(railenv.Bogie(railenv.HIGH_SPEED_COACH), speed=160.0)
 
 ``agents.train`` trains policies, and ``agents.sb3`` gives the vector environments to Stable-Baselines3
-(extra ``rl``). The name ``agents`` is used by other distributions too; ``__distribution__`` tells this one.
+(extra ``rl``). The name ``agents`` is used by other distributions too; ``__distribution__`` tells this
+one.
 """
 
 from agents.controller import Controller, equipped
