@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,12 +11,15 @@ import numpy as np
 import design
 from agents.learned import LearnedPolicy
 from agents.recipe import Criterion, Evaluation
-from design.robust import LOWEST_SPEED
 from railenv import Equipped
+from railenv.envs.settings import Settings
 from railenv.errors import EquilibriumError
 
 HIGHEST_SPEED = 400.0
-"""m/s, up to which critical speeds are searched; a policy that never loses stability gets it."""
+"""m/s, up to which critical speeds are searched; a policy that never loses stability gets it.
+
+One that is unstable at the lowest speed already, or has no equilibrium there, gets zero.
+"""
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,7 @@ def judge(
     policy: LearnedPolicy,
     vehicle: Equipped,
     how: Evaluation,
-    randomize: Mapping[str, tuple[float, float]],
+    settings: Settings,
 ) -> Judged:
     """Evaluate a model; changes nothing of it, and draws no random number outside ``env``.
 
@@ -65,18 +67,18 @@ def judge(
         The model's.
     vehicle : Equipped
     how : Evaluation
-    randomize : mapping
-        Ranges of the environment.
+    settings : Settings
+        Of the environment: critical speeds are searched from its lowest speed on.
     """
     returns, derailed = _episodes(model, env, how.seed)
     speed = float("nan")
-    if how.criterion == "critical_speed":
-        speed = _critical_speed(vehicle, policy)
-    elif how.criterion == "robust_critical_speed":
-        corners = itertools.product(*randomize.values())
+    ranges = settings.randomize if how.criterion == "robust_critical_speed" else {}
+    if how.criterion != "return":
+        corners = [dict(zip(ranges, c, strict=True)) for c in itertools.product(*ranges.values())]
+        lowest = settings.speed_range[0]
         speed = min(
-            _critical_speed(vehicle.replace(**dict(zip(randomize, c, strict=True))), policy)
-            for c in corners
+            _critical_speed(vehicle.replace(**corner) if corner else vehicle, policy, lowest)
+            for corner in corners
         )
     return Judged(int(model.num_timesteps), float(returns.mean()), float(derailed.mean()), speed)
 
@@ -95,10 +97,12 @@ def _episodes(model: Any, env: Any, seed: int) -> tuple[np.ndarray, np.ndarray]:
     return returns, derailed
 
 
-def _critical_speed(vehicle: Equipped, policy: LearnedPolicy) -> float:
-    limits = (LOWEST_SPEED, HIGHEST_SPEED)
+def _critical_speed(vehicle: Equipped, policy: LearnedPolicy, lowest: float) -> float:
+    limits = (lowest, HIGHEST_SPEED)
     try:
         found = design.critical_speed(vehicle, controller=policy, speed_range=limits)
     except EquilibriumError:
-        return LOWEST_SPEED
-    return HIGHEST_SPEED if found.speed is None else float(found.speed)
+        return 0.0
+    if found.speed is not None:
+        return float(found.speed)
+    return HIGHEST_SPEED if found.loss == "none" else 0.0

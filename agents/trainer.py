@@ -154,7 +154,7 @@ class Trainer:
         policy, settings = self.policy(), self.env.hunting.vector_env.settings
         vehicle = self.env.hunting.vector_env.fleet.model
         how = self.recipe.evaluation
-        found = judge(self.model, env, policy, vehicle, how, settings.randomize)
+        found = judge(self.model, env, policy, vehicle, how, settings)
         counted = self.counted
         if not counted.evaluations or found.score(how.criterion) > counted.best:
             counted.best = found.score(how.criterion)
