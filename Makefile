@@ -4,10 +4,11 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+CONTROLLERS := passive yaw-rate lqg lqg-scheduled output-feedback lqr lqr-scheduled
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint kernels docs bench clean
+.PHONY: help demo test lint controllers kernels docs site bench clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -27,18 +28,29 @@ lint: $(STAMP) ## check style, formatting and types
 docs: $(STAMP) ## regenerate the pages that are made from code and measurements
 	$(BIN)/railenv vehicles --markdown > docs/vehicles.md
 	$(BIN)/python docs/make_environments.py --no-pictures
+	$(BIN)/python docs/make_equations.py
+	$(BIN)/python docs/make_validation.py
+	$(BIN)/python docs/make_diagram.py
+	$(BIN)/python docs/make_pictures.py
 	$(BIN)/python -m examples.reward_of_idle_and_lqr
 	$(BIN)/python -m benchmarks.scaling docs/scaling.md
 	$(BIN)/python -m benchmarks.run --markdown docs/benchmarks.md
 
+site: $(STAMP) ## build the documentation as a site in site/
+	$(BIN)/python -m sphinx -W --keep-going -q -b html docs site
+	@echo "open site/index.html"
+
 kernels: $(STAMP) ## regenerate railenv/kernels from railenv/equations
 	$(BIN)/python -m railenv.kernels.generate
+
+controllers: $(STAMP) ## design and tune the shipped classical controllers again (some minutes)
+	for kind in $(CONTROLLERS); do $(BIN)/railenv tune $$kind --out agents/data/$$kind.npz; done
 
 bench: $(STAMP) ## run the benchmarks
 	$(BIN)/python -m benchmarks.run
 
 clean: ## remove results/, caches and build products (keeps the environment)
-	rm -rf results build dist htmlcov .coverage .coverage.* coverage.xml
+	rm -rf results build dist site htmlcov .coverage .coverage.* coverage.xml
 	rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis *.egg-info
 	find . -path ./$(VENV) -prune -o -type d -name __pycache__ -prune -exec rm -rf {} +
 

@@ -109,9 +109,11 @@ class CurveResult:
     disturbed : float or None
         Up to where a lateral offset of 9 mm of all bodies dies out.
     ramp : float or None
-        Where established hunting stops when the vehicle slows down.
+        Where established hunting stops when the vehicle slows down; None if it goes on at the lowest
+        speed, or was not established.
     established : bool
-        Whether hunting could be established at all, beyond the linear critical speed.
+        Whether hunting could be established at all: beyond the linear critical speed, or as far as
+        there is a running equilibrium.
     disturbed_by_friction : mapping of str to (float or None)
         As ``disturbed``, at other coefficients of friction.
     deficiency_limit : float or None
@@ -131,10 +133,16 @@ class CurveResult:
 
     @property
     def nonlinear(self) -> float | None:
-        """The lower of both readings of the nonlinear critical speed, m/s."""
-        if self.disturbed is None or self.ramp is None:
+        """The lower of both readings of the nonlinear critical speed, m/s.
+
+        Where hunting cannot be established there is only the one from a disturbance. A loop that is
+        unstable at the lowest speed has failed, however small its oscillation stays.
+        """
+        if self.linear is None:
             return None
-        return min(self.disturbed, self.ramp)
+        if not self.established:
+            return self.disturbed
+        return None if self.disturbed is None or self.ramp is None else min(self.disturbed, self.ramp)
 
     @property
     def name(self) -> str:
@@ -341,7 +349,7 @@ class _Evaluator:
                 if start <= self.plan.speed_range[0]:
                     return None, False
                 continue
-            return found.stops, found.established
+            return (found.stops if found.established else None), found.established
 
     def linear(
         self, model: Equipped, radius: float, cant: float
@@ -433,7 +441,7 @@ class _Evaluator:
         radius, cant = self.plan.curves[0]
         case = Case(self.plan.ride_speeds[0], radius, cant)
         rollout = Rollout(model, self.controller, [case], Track(noise=True))
-        return float(_moments(rollout, self.plan.ride_duration)[0])
+        return float(_moments(rollout, self.plan.ride_duration)[0][0])
 
     def ride(self) -> Sequence[Mapping[str, float]]:
         """Run on irregular track with noisy sensors."""

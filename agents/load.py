@@ -8,15 +8,18 @@ from agents.files import ControllerFile, read
 from agents.learned import LearnedPolicy
 from agents.lqg import LQG
 from agents.lqr import LQR
+from agents.output_feedback import OutputFeedback
 from agents.passive import Passive
 from agents.scheduled import ScheduledController
 from agents.yaw_rate import YawRateFeedback
 from railenv import checks
+from railenv.errors import ParameterError
 
 _KINDS: tuple[type[ScheduledController] | type[LearnedPolicy], ...] = (
     LQG,
     LQR,
     LearnedPolicy,
+    OutputFeedback,
     Passive,
     ScheduledController,
     YawRateFeedback,
@@ -40,4 +43,7 @@ def controller_of(content: ControllerFile, where: str) -> ScheduledController | 
     """Return the controller that a file's content describes; ``where`` names it in errors."""
     kinds = {kind.__name__: kind for kind in _KINDS}
     checks.known(f"kind of controller in {where}", [content.kind], list(kinds))
-    return kinds[content.kind].from_file(content)
+    try:
+        return kinds[content.kind].from_file(content)
+    except (KeyError, TypeError, AttributeError) as error:
+        raise ParameterError(f"{where} is damaged: {error!r} in its header") from None

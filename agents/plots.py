@@ -60,7 +60,8 @@ def plot_comparison(evaluations: Sequence[Evaluation], ax: Axes | None = None) -
         for k, (reading, label, color) in enumerate(rows):
             values = [getattr(evaluation, reading) for evaluation in evaluations]
             _bars(ax, values, 0.26, (k - 1) * 0.28, label, color, top)
-        _finish(ax, [e.controller for e in evaluations], "Critical speeds", top)
+        names = [e.controller.replace(" ", "\n", 1) for e in evaluations]
+        _finish(ax, names, f"Critical speeds of {evaluations[0].vehicle}, tangent track", top)
         return _drawn(ax)
 
 
@@ -90,7 +91,7 @@ def _bars(
 
 
 def _finish(ax: Axes, names: Sequence[str], title: str, top: float) -> None:
-    ax.set_xticks(range(len(names)), [name.replace(" ", "\n", 1) for name in names])
+    ax.set_xticks(range(len(names)), names)
     ax.set_ylabel("critical speed (m/s)")
     ax.set_ylim(0.0, 1.12 * ax.get_ylim()[1])
     ax.grid(axis="x", visible=False)

@@ -75,7 +75,9 @@ def markdown(rows: Iterable[Row], title: str) -> str:
     """Return the table as Markdown."""
     rule = ["---:" if heading in _RIGHT else "---" for heading in HEADINGS]
     lines = [HEADINGS, rule, *(row.cells for row in rows)]
-    return "\n".join([title, "", *(f"| {' | '.join(cells)} |" for cells in lines), ""])
+    return "\n".join(
+        ["# Benchmarks", "", title, "", *(f"| {' | '.join(cells)} |" for cells in lines), ""]
+    )
 
 
 def records(rows: Sequence[Row]) -> list[dict[str, object]]:

@@ -281,7 +281,7 @@ class Equipped(Model):
     ) -> NDArray[np.float64]:
         """Specific force (m/s^2) of each sensed body, then guiding force and load (N) of each wheel.
 
-        Parameters are those of :meth:`rhs`; the order is that of ``signal_names``.
+        Parameters are those of :meth:`railenv.Model.rhs`; the order is that of ``signal_names``.
         """
         evaluator = self._evaluator_at(x, u, speed, curvature, cant)
         return evaluator.signals()

@@ -245,7 +245,7 @@ class Model:
         dtype: str = "float64",
         program: loader.Program = "integrate",
     ) -> ModuleType:
-        """Return the compiled kernels; see :mod:`railenv.kernels.loader`."""
+        """Return the compiled kernels; see ``railenv.kernels.loader``."""
         module = loader.load(self._source, lanes, dtype, program)
         if tuple(self.parameters) != module.PARAMETERS:
             raise RuntimeError(

@@ -12,24 +12,23 @@ import railenv
 from railenv import cli
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-BLOCKS = [
-    pytest.param(block, id=f"{page.name}-{i}")
-    for page in PAGES
-    for i, block in enumerate(re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL))
-]
+DOCS = ROOT / "docs"
+PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md")), *sorted(DOCS.glob("how-to/*.md"))]
+BLOCKS = {page: re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL) for page in PAGES}
 
 
-@pytest.mark.parametrize("block", BLOCKS)
-def test_python_blocks_run_and_print_what_their_comments_say(block, capsys, monkeypatch, tmp_path):
+@pytest.mark.parametrize("page", [page for page in PAGES if BLOCKS[page]], ids=lambda page: page.name)
+def test_python_blocks_run_and_print_what_their_comments_say(page, capsys, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
-    exec(compile(block, "block", "exec"), {"__name__": "__main__"})
-    plt.close("all")
-    printed = capsys.readouterr().out.splitlines()
-    promised = [
-        line.split("# ", 1)[1].strip() for line in block.splitlines() if line.startswith("print(")
-    ]
-    assert printed == promised
+    namespace = {"__name__": "__main__"}  # a block may go on from those above it
+    for i, block in enumerate(BLOCKS[page]):
+        exec(compile(block, f"{page.name}, block {i}", "exec"), namespace)
+        plt.close("all")
+        printed = capsys.readouterr().out.splitlines()
+        promised = [
+            line.split("# ", 1)[1].strip() for line in block.splitlines() if line.startswith("print(")
+        ]
+        assert printed == promised
 
 
 def test_commands_of_the_readme_run(monkeypatch, tmp_path):

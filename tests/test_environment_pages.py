@@ -1,26 +1,16 @@
 """The environments' pages are what their generator makes of the code."""
 
 import doctest
-import importlib.util
 import re
-import sys
-from pathlib import Path
 
 import pytest
 
-DOCS = Path(__file__).resolve().parent.parent / "docs"
+from tests.pages import DOCS, script
+
 LARGEST_PICTURE = 1.5e6  # bytes
 
 
-def generator():
-    spec = importlib.util.spec_from_file_location("make_environments", DOCS / "make_environments.py")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # dataclasses look their module up there
-    spec.loader.exec_module(module)
-    return module
-
-
-make_environments = generator()
+make_environments = script("make_environments")
 CASES = [pytest.param(case, id=case.file) for case in make_environments.CASES]
 
 

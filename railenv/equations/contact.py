@@ -47,48 +47,84 @@ class WheelsetContact(NamedTuple):
 
 def wheel(side: int, w: Motion, rail: Rail, run: Running, p: Scalar) -> Wheel:
     """Return normal load (eq 4) and linear creep forces (eq 1) of the left (+1) or right (-1) wheel."""
-    a, lam, V = p.half_gauge, p.conicity, run.speed
+    radius = p.wheel_radius + side * p.conicity * (w.y - rail.align)
+    slope = p.conicity + side * w.phi
+    normal_y, normal_z, normal = normal_load(side, slope, w, rail, p)
+    creep = kalker(creepages(side, radius, w, run, p), normal_z, p)
+    return Wheel(side, radius, slope, normal_y, normal_z, normal, *creep)
+
+
+def normal_load(
+    side: int, slope: Scalar, w: Motion, rail: Rail, p: Scalar
+) -> tuple[Scalar, Scalar, Scalar]:
+    """Return lateral and vertical component and magnitude (N) of a wheel's normal load (eq 4).
+
+    A wheel that lifts carries no load (the print would pull it down).
+    """
+    a, lam = p.half_gauge, p.conicity
     # Displacements from the rails, which irregularities move: they set radius and compression only.
     y, z, phi = w.y - rail.align, w.z - rail.vert, w.phi - rail.cross
-    radius = p.wheel_radius + side * lam * y
-    slope = lam + side * w.phi
-
-    # Eq 4. A wheel that lifts carries no load (the print would pull it down).
     normal_z = positive_part(-p.vertical_rail_stiffness * (z - side * (lam * y - a * phi)))
     incline = tan(slope)
-    normal_y = -side * normal_z * incline
-    normal = normal_z * sqrt(1.0 + incline * incline)
+    return -side * normal_z * incline, normal_z, normal_z * sqrt(1.0 + incline * incline)
 
-    # Creepages, and eq 1 (the print has a*psi where the rate a*psid belongs).
-    xi_x = 1.0 + side * a * run.curvature - radius / p.wheel_radius - side * a * w.dpsi / V
-    xi_y = (w.dy + radius * w.dphi) / V - w.psi
-    xi_s = w.dpsi / V - run.curvature - side * lam / p.wheel_radius
-    creep_x = -p.longitudinal_creep * xi_x
-    creep_y = -p.lateral_creep * xi_y - p.lateral_spin_creep * xi_s
-    creep_moment = p.lateral_spin_creep * xi_y - p.spin_creep * xi_s
-    # A wheel without load has no creep force.
-    creep_x, creep_y, creep_moment = (
-        where_positive(normal_z, force, 0.0) for force in (creep_x, creep_y, creep_moment)
+
+class Creepage(NamedTuple):
+    """Longitudinal and lateral creepage (1), and spin (1/m), of one wheel."""
+
+    x: Scalar
+    y: Scalar
+    spin: Scalar
+
+
+def creepages(side: int, radius: Scalar, w: Motion, run: Running, p: Scalar) -> Creepage:
+    """Return the creepages of eq 1 (the print has a*psi where the rate a*psid belongs)."""
+    a, lam, V = p.half_gauge, p.conicity, run.speed
+    return Creepage(
+        1.0 + side * a * run.curvature - radius / p.wheel_radius - side * a * w.dpsi / V,
+        (w.dy + radius * w.dphi) / V - w.psi,
+        w.dpsi / V - run.curvature - side * lam / p.wheel_radius,
     )
-    return Wheel(side, radius, slope, normal_y, normal_z, normal, creep_x, creep_y, creep_moment)
+
+
+def kalker(xi: Creepage, normal_z: Scalar, p: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+    """Return Kalker's linear creep forces (N) along x and y and the spin moment (N m), eq 1.
+
+    A wheel without load has no creep force.
+    """
+    creep_x = -p.longitudinal_creep * xi.x
+    creep_y = -p.lateral_creep * xi.y - p.lateral_spin_creep * xi.spin
+    creep_moment = p.lateral_spin_creep * xi.y - p.spin_creep * xi.spin
+    return (
+        where_positive(normal_z, creep_x, 0.0),
+        where_positive(normal_z, creep_y, 0.0),
+        where_positive(normal_z, creep_moment, 0.0),
+    )
 
 
 def saturation(left: Wheel, right: Wheel, p: Scalar) -> Scalar:
-    """Saturation constant alpha of a wheelset (eqs 2-3), the cubic of the heuristic creep model.
+    """Saturation constant alpha of a wheelset (eq 2), the cubic of the heuristic creep model.
 
-    beta is the ratio of the sums over both wheels, so alpha (|F*_L| + |F*_R|) <= mu (N_L + N_R)
-    whatever one wheel carries. The cubic meets 1/beta at beta = 3 with a continuous derivative, so
-    no blend is needed there.
+    The cubic meets 1/beta at beta = 3 with a continuous derivative, so no blend is needed there.
     """
-    demand = creep_magnitude(left) + creep_magnitude(right)
-    load = left.normal + right.normal
-    beta = demand / (p.friction * where_positive(load, load, 1.0))  # demand is 0 with no load at all
+    beta = saturation_ratio(left, right, p)
     excess = beta - 3.0
     return where_positive(
         excess,
         1.0 / where_positive(excess, beta, 3.0),
         1.0 - beta / 3.0 + beta * beta / 27.0,
     )
+
+
+def saturation_ratio(left: Wheel, right: Wheel, p: Scalar) -> Scalar:
+    """Linear creep force over adhesion limit, beta, of a wheelset (eq 3).
+
+    The ratio of the sums over both wheels, so alpha (|F*_L| + |F*_R|) <= mu (N_L + N_R) whatever one
+    wheel carries.
+    """
+    demand = creep_magnitude(left) + creep_magnitude(right)
+    load = left.normal + right.normal
+    return demand / (p.friction * where_positive(load, load, 1.0))  # demand is 0 with no load at all
 
 
 def creep_magnitude(wheel: Wheel) -> Scalar:
@@ -130,24 +166,25 @@ def rail_forces(w: Motion, rail: Rail, run: Running, p: Scalar) -> tuple[RailFor
     """Return the forces on the left and right wheel in the track frame (eqs 9-11)."""
     left, right = wheel(+1, w, rail, run, p), wheel(-1, w, rail, run, p)
     alpha = saturation(left, right, p)
+    return rail_force(left, alpha, w, p), rail_force(right, alpha, w, p)
 
-    def on(c: Wheel) -> RailForce:
-        side, a = c.side, p.half_gauge
-        return RailForce(
-            side,
-            # Eq 9: contact plane to track frame, for small yaw and slope; eq 10: alpha.
-            force_x=alpha * (c.creep_x - c.creep_y * w.psi),
-            force_y=alpha * (c.creep_y + c.creep_x * w.psi) + c.normal_y,
-            force_z=side * c.creep_y * c.slope + c.normal_z,  # creep unsaturated, as printed
-            moment_x=side * c.creep_moment * c.slope * w.psi,  # unsaturated, as printed
-            moment_z=alpha * c.creep_moment,
-            # Eq 11: from the wheelset's centre to the contact.
-            arm_x=-side * a * w.psi,
-            arm_y=side * a + c.radius * w.phi,
-            arm_z=side * a * w.phi - c.radius,
-        )
 
-    return on(left), on(right)
+def rail_force(c: Wheel, alpha: Scalar, w: Motion, p: Scalar) -> RailForce:
+    """Turn a wheel's contact forces, saturated by alpha, into the track frame (eqs 9-11)."""
+    side, a = c.side, p.half_gauge
+    return RailForce(
+        side,
+        # Eq 9: contact plane to track frame, for small yaw and slope; eq 10: alpha.
+        force_x=alpha * (c.creep_x - c.creep_y * w.psi),
+        force_y=alpha * (c.creep_y + c.creep_x * w.psi) + c.normal_y,
+        force_z=side * c.creep_y * c.slope + c.normal_z,  # creep unsaturated, as printed
+        moment_x=side * c.creep_moment * c.slope * w.psi,  # unsaturated, as printed
+        moment_z=alpha * c.creep_moment,
+        # Eq 11: from the wheelset's centre to the contact.
+        arm_x=-side * a * w.psi,
+        arm_y=side * a + c.radius * w.phi,
+        arm_z=side * a * w.phi - c.radius,
+    )
 
 
 def contact(w: Motion, rail: Rail, run: Running, p: Scalar) -> WheelsetContact:

@@ -19,21 +19,54 @@ CREEPAGE_FLOOR_SQUARED = 1e-18
 """Keeps the derivative of the creepage's magnitude finite at zero creep."""
 
 
-def creep_forces(
+def creepages(
     y: Scalar, psi: Scalar, dy: Scalar, dpsi: Scalar, V: Scalar, p: Scalar
-) -> tuple[Scalar, Scalar]:
-    """Lateral and longitudinal creep force (N) of one wheel by Vermeulen and Johnson's law."""
+) -> tuple[Scalar, Scalar, Scalar]:
+    """Lateral and longitudinal creepage, each over its ratio of Vermeulen and Johnson; magnitude."""
     xi_x = (dy / V - psi) / p.creep_ratio_lateral
     xi_y = (p.half_gauge * dpsi / V + p.conicity * y / p.wheel_radius) / p.creep_ratio_longitudinal
-    xi = sqrt(xi_x * xi_x + xi_y * xi_y + CREEPAGE_FLOOR_SQUARED)
+    return xi_x, xi_y, sqrt(xi_x * xi_x + xi_y * xi_y + CREEPAGE_FLOOR_SQUARED)
+
+
+def creep_force(xi: Scalar, p: Scalar) -> Scalar:
+    """Creep force over creepage (N) of one wheel by Vermeulen and Johnson's law."""
     u = p.creep_coefficient * xi / p.adhesion_force
     sliding = u - 3.0
-    g = where_positive(
+    return where_positive(
         sliding,
         p.adhesion_force / xi,
         p.creep_coefficient * (1.0 - u / 3.0 + u * u / 27.0),
     )
-    return xi_x * g, xi_y * g
+
+
+def flange_force(y: Scalar, p: Scalar) -> Scalar:
+    """Force (N) of the flange spring beyond the dead band, pushing back."""
+    return p.flange_stiffness * (
+        positive_part(y - p.flange_clearance) - positive_part(-y - p.flange_clearance)
+    )
+
+
+def primary(
+    s: int, y: Scalar, psi: Scalar, yb: Scalar, psib: Scalar, phib: Scalar, p: Scalar
+) -> tuple[Scalar, Scalar]:
+    """Lateral force (N) and yaw moment (N m) of the springs of wheelset s on the frame."""
+    return (
+        2.0 * p.k1 * (y - yb - s * p.half_wheelbase * psib - p.h1 * phib),
+        2.0 * p.k2 * p.d1 * p.d1 * (psi - psib),
+    )
+
+
+def secondary(
+    yb: Scalar, psib: Scalar, phib: Scalar, dyb: Scalar, dphib: Scalar, p: Scalar
+) -> tuple[Scalar, Scalar, Scalar]:
+    """Lateral force (N), yaw and roll moment (N m) that the frame gives; roll with the primary's."""
+    return (
+        2.0 * p.D2 * (dyb - p.h2 * dphib) + 2.0 * p.k4 * (yb - p.h2 * phib),
+        p.k6 * psib,
+        2.0 * p.D1 * p.d2 * p.d2 * dphib
+        + 2.0 * p.k5 * p.d2 * p.d2 * phib
+        + 4.0 * p.k3 * p.d1 * p.d1 * phib,
+    )
 
 
 def cooperrider_bogie(
@@ -54,26 +87,18 @@ def cooperrider_bogie(
         (+1, y1, psi1, dy1, dpsi1, M_w1),
         (-1, y2, psi2, dy2, dpsi2, M_w2),
     ):
-        A = 2.0 * p.k1 * (y - yb - s * p.half_wheelbase * psib - p.h1 * phib)
-        B = 2.0 * p.k2 * p.d1 * p.d1 * (psi - psib)
-        Fx, Fy = creep_forces(y, psi, dy, dpsi, speed, p)
-        flange = p.flange_stiffness * (
-            positive_part(y - p.flange_clearance) - positive_part(-y - p.flange_clearance)
-        )
+        A, B = primary(s, y, psi, yb, psib, phib, p)
+        xi_x, xi_y, xi = creepages(y, psi, dy, dpsi, speed, p)
+        g = creep_force(xi, p)
+        Fx, Fy = xi_x * g, xi_y * g
         accelerations += [
-            (-A - 2.0 * Fx - flange) / p.wheelset_mass,
+            (-A - 2.0 * Fx - flange_force(y, p)) / p.wheelset_mass,
             (-B - 2.0 * p.half_gauge * Fy + moment) / p.wheelset_yaw_inertia,
         ]
         lateral.append(A)
         yaw.append(B)
     A1, A2 = lateral
-    A5 = 2.0 * p.D2 * (dyb - p.h2 * dphib) + 2.0 * p.k4 * (yb - p.h2 * phib)
-    A6 = p.k6 * psib
-    A7 = (
-        2.0 * p.D1 * p.d2 * p.d2 * dphib
-        + 2.0 * p.k5 * p.d2 * p.d2 * phib
-        + 4.0 * p.k3 * p.d1 * p.d1 * phib
-    )
+    A5, A6, A7 = secondary(yb, psib, phib, dyb, dphib, p)
     accelerations += [
         (A1 + A2 - A5) / p.frame_mass,
         (p.half_wheelbase * (A1 - A2) + yaw[0] + yaw[1] - A6 + M_b - M_w1 - M_w2) / p.frame_yaw_inertia,

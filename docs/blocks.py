@@ -1,0 +1,30 @@
+"""Blocks of a page that a script makes: between ``<!-- made: name -->`` and ``<!-- end -->``.
+
+The text around the blocks is edited in the page itself.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+
+_BLOCK = re.compile(r"<!-- made: (.+?) -->\n.*?<!-- end -->", re.DOTALL)
+
+
+def refilled(text: str, makers: Mapping[str, Callable[[], str]]) -> str:
+    """Return the text of a page with all its blocks made anew.
+
+    Raises
+    ------
+    ValueError
+        If a block is missing from the page, stands there twice, or is unknown.
+    """
+    found = _BLOCK.findall(text)
+    if sorted(found) != sorted(makers):
+        raise ValueError(f"the page has the blocks {sorted(found)}, made are {sorted(makers)}")
+
+    def made(match: re.Match[str]) -> str:
+        name = match[1]
+        return f"<!-- made: {name} -->\n\n{makers[name]()}\n\n<!-- end -->"
+
+    return _BLOCK.sub(made, text)

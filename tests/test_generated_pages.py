@@ -1,0 +1,168 @@
+"""What the pages take from the code is what the code says."""
+
+import inspect
+import re
+
+import numpy as np
+import pytest
+import sympy
+
+from railenv.equations import (
+    actuator,
+    bogie,
+    contact,
+    cooperrider,
+    dual_wheelset,
+    loads,
+    sensors,
+    suspension,
+    wheelset,
+)
+from railenv.equations.symbolic import WherePositive
+from tests.pages import DOCS, ROOT, script
+
+make_equations = script("make_equations")
+make_diagram = script("make_diagram")
+written = script("written")
+
+
+def text(page):
+    return (DOCS / page).read_text(encoding="utf-8")
+
+
+# -------------------------------------------------------------------------------- physics
+
+
+def test_equations_of_the_page_are_those_of_the_code():
+    assert make_equations.page(text("physics.md")) == text("physics.md")
+
+
+def test_page_has_every_equation_of_the_code():
+    modules = (
+        actuator,
+        bogie,
+        contact,
+        cooperrider,
+        dual_wheelset,
+        loads,
+        sensors,
+        suspension,
+        wheelset,
+    )
+    public = {
+        function
+        for module in modules
+        for name, function in inspect.getmembers(module, inspect.isfunction)
+        if function.__module__ == module.__name__ and not name.startswith("_")
+    }
+    shown = {function for block in make_equations.SHOWN.values() for function in block.functions}
+    assert public - shown == set()
+
+
+def test_every_equation_of_the_page_has_the_value_that_the_code_computes(monkeypatch):
+    pairs = []
+
+    def recorded(expression):
+        pairs.append((expression, written.tidy(expression)))
+        return pairs[-1][1]
+
+    monkeypatch.setattr(make_equations, "tidy", recorded)
+    for block in make_equations.SHOWN.values():
+        block.markdown()
+    assert len(pairs) > 80
+    rng = np.random.default_rng(1)
+    for raw, shown in pairs:
+        symbols = sorted(raw.free_symbols, key=str)
+        for _ in range(3):
+            numbers = dict(zip(symbols, rng.uniform(-2.0, 2.0, len(symbols)), strict=True))
+            values = [float(e.subs(numbers).doit()) for e in (raw, shown)]
+            assert values[0] == pytest.approx(values[1], rel=1e-9, abs=1e-12), raw
+
+
+def test_every_correction_of_the_print_stands_once_with_its_reason():
+    rows = re.findall(r"^\| (\d+) \| (.+) \| (.+) \| (.+) \|$", text("physics.md"), re.MULTILINE)
+    assert [int(number) for number, *_ in sorted(rows, key=lambda row: int(row[0]))] == [*range(1, 24)]
+    assert all(len(reason) > 10 for *_, reason in rows)
+
+
+def test_a_changed_equation_changes_the_page(monkeypatch):
+    original = contact.creepages
+
+    def changed(side, radius, w, run, p):
+        xi = original(side, radius, w, run, p)
+        return xi._replace(y=xi.y + run.cant)
+
+    monkeypatch.setattr(contact, "creepages", changed)
+    assert r"- \psi + \phi_{se}" in make_equations.SHOWN["creepages"].markdown()
+
+
+# ------------------------------------------------------------------ LaTeX as it is written
+
+a, b, x, y = sympy.symbols("a b x y")
+
+
+@pytest.mark.parametrize(
+    ("function", "expected"),
+    [
+        (lambda: y - x, "y - x"),
+        (lambda: 1.0 * x + 0.0, "x"),
+        (lambda: -2.0 * a * a * (y - x), r"-2 a^{2} \left( y - x \right)"),
+        (lambda: 0.5 * a * x, r"\frac{a x}{2}"),
+        (lambda: -a * b / x * (y - 1.0), r"-\frac{a b}{x} \left( y - 1 \right)"),
+        (lambda: (x + y) / a, r"\frac{x + y}{a}"),
+        (lambda: x / (a * (x + y)), r"\frac{x}{a \left( x + y \right)}"),
+        (lambda: a - (x - y), "a - x + y"),
+        (lambda: a - b * (x - y), r"a - b \left( x - y \right)"),
+        (lambda: (x / a) * (x / a), r"\frac{x^{2}}{a^{2}}"),
+        (lambda: WherePositive(x - a, x - a, 0.0), r"\max\left( 0, x - a \right)"),
+        (
+            lambda: WherePositive(x - a, 1.0 / WherePositive(x - a, x, 3.0), y),
+            r"\begin{cases} \frac{1}{x} & x > a \\ y & \text{otherwise} \end{cases}",
+        ),
+        (
+            lambda: WherePositive(-x - a, a, y),
+            r"\begin{cases} a & x < -a \\ y & \text{otherwise} \end{cases}",
+        ),
+    ],
+)
+def test_latex_keeps_the_order_of_the_code(function, expected):
+    assert written.latex(written.tidy(written.traced(function))) == expected
+
+
+def test_what_is_printed_has_the_value_of_what_the_code_computes():
+    values = {a: 0.7, b: -1.3, x: 2.1, y: 0.4}
+    for function in (
+        lambda: -a * b / x * (y - 1.0) + 0.5 * (x - y) * (x - y) / (a * x),
+        lambda: a - b * (x - y) - (x / a) * (x / a) * 2.0,
+        lambda: WherePositive(x - a, 1.0 / WherePositive(x - a, x, 3.0), y) - WherePositive(y, y, 0.0),
+    ):
+        raw = written.traced(function)
+        numbers = [float(e.subs(values).doit()) for e in (raw, written.tidy(raw))]
+        assert numbers[0] == pytest.approx(numbers[1], rel=1e-12)
+
+
+def test_a_name_that_does_not_occur_is_refused():
+    with pytest.raises(ValueError, match="does not occur"):
+        written.named([x + y], {a * b: x})
+
+
+# ------------------------------------------------------------------------ numbers, diagram
+
+
+def test_numbers_of_the_validation_are_those_computed():
+    make_validation = script("make_validation")
+    assert make_validation.page(text("validation.md")) == text("validation.md")
+
+
+def test_diagram_is_generated_and_its_stations_exist():
+    assert make_diagram.picture() == text("pictures/data-flow.svg")
+    for box in make_diagram.BOXES.values():
+        assert (ROOT / box.path).exists(), box.path
+
+
+def test_blocks_of_a_page_and_their_makers_must_agree():
+    blocks = script("blocks")
+    page = "x\n<!-- made: one -->\nold\n<!-- end -->\ny"
+    assert blocks.refilled(page, {"one": lambda: "new"}) == page.replace("old", "\nnew\n")
+    with pytest.raises(ValueError, match="two"):
+        blocks.refilled(page, {"two": lambda: "new"})
