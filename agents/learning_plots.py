@@ -14,9 +14,15 @@ if TYPE_CHECKING:
 
     from agents.training import Training
 
+_MEANING = {
+    "return": "mean return of an episode",
+    "critical_speed": "linear critical speed (m/s)",
+    "robust_critical_speed": "lowest linear critical speed (m/s)",
+}
+
 
 def plot_training(training: Training, ax: Axes | None = None) -> control.ControlPlot:
-    """Draw the mean return of the evaluations over the environment's steps, and mark the best policy.
+    """Draw the criterion at the evaluations over the environment's steps, and mark the best policy.
 
     Raises
     ------
@@ -26,16 +32,18 @@ def plot_training(training: Training, ax: Axes | None = None) -> control.Control
     found = training.evaluations
     if not found:
         raise ParameterError("the training was not evaluated; evaluation.every must be above 0")
+    criterion = training.recipe.evaluation.criterion
+    name = "mean_return" if criterion == "return" else "critical_speed"
     best = training.policy.about
     with style():
         ax = _axes(ax)
         steps = [e.timesteps / 1e3 for e in found]
-        ax.plot(steps, [e.mean_return for e in found], color=STABLE, marker=".", label="evaluation")
         ax.plot(
-            [best["timesteps"] / 1e3], [best["mean_return"]], "o", color=UNSTABLE, label="best policy"
+            steps, [e.score(criterion) for e in found], color=STABLE, marker=".", label="evaluation"
         )
+        ax.plot([best["timesteps"] / 1e3], [best[name]], "o", color=UNSTABLE, label="best policy")
         ax.set_xlabel("environment steps (thousands)")
-        ax.set_ylabel("mean return of an episode")
+        ax.set_ylabel(_MEANING[criterion])
         ax.set_title(f"{training.recipe.algorithm.upper()} in {training.recipe.env_id}")
         ax.legend(loc="lower right")
         return _drawn(ax)

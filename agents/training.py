@@ -62,7 +62,7 @@ class Training:
         )
 
     def plot(self, ax: Axes | None = None) -> control.ControlPlot:
-        """Draw the mean return of the evaluations over the steps."""
+        """Draw the criterion at the evaluations over the steps."""
         from agents.learning_plots import plot_training
 
         return plot_training(self, ax)
