@@ -239,6 +239,7 @@ def test_a_policy_improves_in_seconds():
             "batch_size": 1024,
             "threads": 1,
             "learning_rate": 0.002,
+            "policy_kwargs.net_arch": {"pi": [32, 32], "vf": [32, 32]},
             "curriculum": None,
             "checkpoint_every": 0,
             "env_kwargs": {
@@ -335,6 +336,7 @@ def test_runs_do_not_write_over_each_other(tmp_path):
 def test_curriculum_widens_the_speeds():
     changes = tiny("ppo", n_envs=16, checkpoint_every=0)
     changes["evaluation"] = {"every": 0}
+    changes["env_kwargs"] = {**TINY["env_kwargs"], "speed_range": [40.0, 160.0]}
     made = recipe("ppo", BOGIE, changes)
     made = dataclasses.replace(made, curriculum=Curriculum(80.0, "progress", share=0.5))
     run = Trainer(made, None, None)
