@@ -8,14 +8,17 @@ CONTROLLERS := passive yaw-rate lqg lqg-scheduled output-feedback lqr lqr-schedu
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint controllers kernels docs site bench clean
+.PHONY: help demo report test lint controllers kernels docs site bench clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 	@echo "The first target run creates $(VENV) with $(PYTHON); override with PYTHON=python3.12."
 
-demo: $(STAMP) ## run the demonstration, writing to results/
-	$(BIN)/railenv demo --out results
+demo: $(STAMP) ## write the first page of the reproduction report to results/
+	$(BIN)/railenv reproduce --first-page --out results
+
+report: $(STAMP) ## write the whole reproduction report to results/ (minutes)
+	$(BIN)/railenv reproduce --out results
 
 test: $(STAMP) ## run the tests except those marked slow
 	$(BIN)/python -m pytest -n 2

@@ -14,6 +14,9 @@ from agents.evaluation import Plan, written
 from agents.leaderboard import markdown
 from agents.nonlinear import amplitudes
 from railenv.errors import ParameterError, UnknownNameError
+from tests.pages import DOCS, script
+
+STORED = DOCS / "leaderboard.json"
 
 TINY = dataclasses.replace(
     Plan.quick(), curves=((math.inf, 0.0),), ride_duration=2.0, delays=(), noises=(1.0, 3.0)
@@ -164,3 +167,24 @@ def test_the_best_shipped_controller_from_sensors_meets_its_claims(coach):
 def test_unknown_shipped_controllers_are_named():
     with pytest.raises(UnknownNameError, match=r"'magic'.*output-feedback"):
         agents.shipped("magic")
+
+
+def test_leaderboards_of_the_pages_are_the_stored_evaluations():
+    make_leaderboard = script("make_leaderboard")
+    for page in make_leaderboard.PAGES:
+        assert make_leaderboard.written(page, make_leaderboard.table()) == page.read_text()
+    stored = {e.controller: e for e in agents.load_evaluations(STORED)}
+    assert set(stored) == set(agents.shipped_names())
+    for name, evaluation in stored.items():
+        assert dict(evaluation.about) == json.loads(json.dumps(agents.shipped(name).about))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", agents.shipped_names())
+def test_stored_evaluations_are_what_the_evaluation_gives(coach, name):
+    stored = {e.controller: e for e in agents.load_evaluations(STORED)}[name]
+    again = agents.evaluate(agents.shipped(name), coach, name=name)
+    for kept, found in zip(stored.curves, again.curves, strict=True):
+        for reading in ("linear", "nonlinear"):
+            assert getattr(found, reading) == pytest.approx(getattr(kept, reading), rel=1e-3)
+    assert again.robust == pytest.approx(stored.robust, rel=1e-3)
