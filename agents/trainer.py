@@ -84,7 +84,7 @@ class Trainer:
             if recipe.curriculum is not None:
                 self.counted.top = recipe.curriculum.start
                 self.widen()
-            self.model = self._new_model(kind, tensorboard)
+            self.model = self._new_model(kind, tensorboard, base)
 
     def _memory_env(
         self, n: int, base: ScheduledController | None, evaluation: bool = False
@@ -94,7 +94,9 @@ class Trainer:
         venv = HuntingVecEnv.make(recipe.env_id, num_envs=n, **keywords)
         return MemoryVecEnv(venv, recipe.memory, base, recipe.authority)
 
-    def _new_model(self, kind: type[BaseAlgorithm], tensorboard: str | None) -> BaseAlgorithm:
+    def _new_model(
+        self, kind: type[BaseAlgorithm], tensorboard: str | None, base: ScheduledController | None
+    ) -> BaseAlgorithm:
         recipe = self.recipe
         venv: Any = self.env
         given = dict(recipe.hyperparameters)
@@ -112,7 +114,7 @@ class Trainer:
         if "action_noise_std" in keywords:
             keywords["action_noise"] = _noise(keywords.pop("action_noise_std"), venv.action_space)
         try:
-            return kind(
+            model = kind(
                 policy=_MIRROR[recipe.algorithm] if recipe.symmetric else "MlpPolicy",
                 env=venv,
                 seed=recipe.seed,
@@ -122,6 +124,9 @@ class Trainer:
             )
         except (TypeError, AssertionError) as e:
             raise ParameterError(f"hyperparameters do not suit {kind.__name__}: {e}") from None
+        if base is not None:
+            _start_at_zero(model)
+        return model
 
     # ------------------------------------------------------------------ running
 
@@ -299,6 +304,25 @@ def _keywords(kind: type[BaseAlgorithm]) -> list[str]:
     own |= {"rollout_buffer_kwargs", "optimize_memory_usage"}
     names = [name for name in inspect.signature(kind).parameters if name not in own]
     return [*names, "action_noise_std"] if issubclass(kind, OffPolicyAlgorithm) else names
+
+
+def _start_at_zero(model: BaseAlgorithm) -> None:
+    """Let a policy on top of a base begin as the base alone: its last layer starts at zero."""
+    policy: Any = model.policy
+    layers = [policy.action_net] if hasattr(policy, "action_net") else _last_layers(policy)
+    with torch.no_grad():
+        for layer in layers:
+            layer.weight.zero_()
+            layer.bias.zero_()
+
+
+def _last_layers(policy: Any) -> list[torch.nn.Linear]:
+    """Return the actors' last layers of an off-policy algorithm, those that give the mean action."""
+    found = []
+    for actor in filter(None, (policy.actor, getattr(policy, "actor_target", None))):
+        linear = [layer for layer in actor.mu.modules() if isinstance(layer, torch.nn.Linear)]
+        found.append(linear[-1])
+    return found
 
 
 def _schedule(value: Any) -> Any:
