@@ -3,13 +3,15 @@
 >>> import agents, railenv
 >>> controller = agents.LQR.design(railenv.Bogie(railenv.HIGH_SPEED_COACH), speed=160.0)
 
-``agents.sb3`` gives the vector environments to Stable-Baselines3 (extra ``rl``). The name ``agents`` is
-used by other distributions too; ``__distribution__`` tells this one.
+``agents.train`` trains policies, and ``agents.sb3`` gives the vector environments to Stable-Baselines3
+(extra ``rl``). The name ``agents`` is used by other distributions too; ``__distribution__`` tells this
+one.
 """
 
 from agents.controller import Controller, equipped
 from agents.evaluation import Evaluation, Plan, evaluate, load_evaluations, save_evaluations
 from agents.growth import growth_rates, simulated_critical_speed
+from agents.learned import LearnedPolicy
 from agents.load import load
 from agents.lqg import LQG
 from agents.lqr import LQR
@@ -19,6 +21,7 @@ from agents.passive import Passive
 from agents.rollout import Case, Motion, Rollout
 from agents.scheduled import Law, ScheduledController
 from agents.shipped import shipped, shipped_names
+from agents.training import Training, resume, train
 from agents.tuning import tune_lqg, tune_yaw_rate
 from agents.tuning_gradient import Goal, tune_output_feedback
 from agents.yaw_rate import YawRateFeedback
@@ -34,6 +37,7 @@ __all__ = [
     "Filters",
     "Goal",
     "Law",
+    "LearnedPolicy",
     "Motion",
     "OutputFeedback",
     "Passive",
@@ -41,6 +45,7 @@ __all__ = [
     "Plan",
     "Rollout",
     "ScheduledController",
+    "Training",
     "YawRateFeedback",
     "disturbed_critical_speed",
     "equipped",
@@ -49,10 +54,12 @@ __all__ = [
     "load",
     "load_evaluations",
     "ramp_down",
+    "resume",
     "save_evaluations",
     "shipped",
     "shipped_names",
     "simulated_critical_speed",
+    "train",
     "tune_lqg",
     "tune_output_feedback",
     "tune_yaw_rate",

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from os import PathLike
 
-from agents.files import read
+from agents.files import ControllerFile, read
+from agents.learned import LearnedPolicy
 from agents.lqg import LQG
 from agents.lqr import LQR
 from agents.output_feedback import OutputFeedback
@@ -14,9 +15,10 @@ from agents.yaw_rate import YawRateFeedback
 from railenv import checks
 from railenv.errors import ParameterError
 
-_SCHEDULED: tuple[type[ScheduledController], ...] = (
+_KINDS: tuple[type[ScheduledController] | type[LearnedPolicy], ...] = (
     LQG,
     LQR,
+    LearnedPolicy,
     OutputFeedback,
     Passive,
     ScheduledController,
@@ -24,7 +26,7 @@ _SCHEDULED: tuple[type[ScheduledController], ...] = (
 )
 
 
-def load(path: str | PathLike[str]) -> ScheduledController:
+def load(path: str | PathLike[str]) -> ScheduledController | LearnedPolicy:
     """Read a controller from the file that its ``save`` wrote; nothing in it is executed.
 
     Raises
@@ -34,10 +36,14 @@ def load(path: str | PathLike[str]) -> ScheduledController:
     FileNotFoundError
         If there is none.
     """
-    content = read(path)
-    kinds = {kind.__name__: kind for kind in _SCHEDULED}
-    checks.known(f"kind of controller in {path}", [content.kind], list(kinds))
+    return controller_of(read(path), str(path))
+
+
+def controller_of(content: ControllerFile, where: str) -> ScheduledController | LearnedPolicy:
+    """Return the controller that a file's content describes; ``where`` names it in errors."""
+    kinds = {kind.__name__: kind for kind in _KINDS}
+    checks.known(f"kind of controller in {where}", [content.kind], list(kinds))
     try:
         return kinds[content.kind].from_file(content)
     except (KeyError, TypeError, AttributeError) as error:
-        raise ParameterError(f"{path} is damaged: {error!r} in its header") from None
+        raise ParameterError(f"{where} is damaged: {error!r} in its header") from None

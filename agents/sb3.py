@@ -273,6 +273,23 @@ class HuntingVecEnv(VecEnv):
         }
         return info
 
+    # ------------------------------------------------------------------ exact resume
+
+    def get_state(self) -> dict[str, Any]:
+        """Return everything that changes, for an exact resume with :meth:`set_state`."""
+        return {
+            "vector_env": self.vector_env.get_state(),
+            "returns": self._returns.copy(),
+            "lengths": self._lengths.copy(),
+            "reset_infos": [dict(info) for info in self.reset_infos],
+        }
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Go back to a state of an adapter with the same settings and size."""
+        self.vector_env.set_state(state["vector_env"])
+        self._returns, self._lengths = state["returns"].copy(), state["lengths"].copy()
+        self.reset_infos = [dict(info) for info in state["reset_infos"]]
+
     # ------------------------------------------------------------------ single environments
 
     def env_method(

@@ -170,9 +170,24 @@ class ScheduledController(Controller):
         self._z = np.zeros((count or 1, self.law.A.shape[1]))
         self._speeds = np.full(count or 1, np.nan)
         self._now: tuple[Array, ...] = ()
+        self._seen = np.zeros((count or 1, len(self.readings)))
+
+    def reset_rows(self, rows: NDArray[np.bool_]) -> None:
+        """Start anew for some of the vehicles side by side; ``rows`` is a mask of shape (count,)."""
+        self._z[rows] = 0.0
 
     def act(self, observation: Floats) -> Floats:
         """Return commanded moments as shares of the limit, for one observation or for each row."""
+        shares = np.clip(self.propose(observation), -1.0, 1.0)
+        self.advance(shares)
+        return shares
+
+    def propose(self, observation: Floats) -> Floats:
+        """Return what the law asks for, as shares of the limit and not yet limited.
+
+        :meth:`advance` must follow with what is then commanded, which another controller may have
+        added to.
+        """
         y = np.atleast_2d(np.asarray(observation, dtype=float)) * self._scales
         if len(y) != len(self._z) or self._single != (np.ndim(observation) == 1):
             raise ParameterError(
@@ -182,14 +197,17 @@ class ScheduledController(Controller):
         if not np.array_equal(y[:, self._speed_at], self._speeds):
             self._speeds = y[:, self._speed_at].copy()
             self._now = self.law.at(self._speeds)
-        A, B, C, D, E = (matrix.transpose(0, 2, 1) for matrix in self._now)
-        rows = y[:, None, :]
-        z = self._z[:, None, :]
-        moments = np.clip((z @ C + rows @ D)[:, 0], -self.limit, self.limit)
-        if self._z.shape[1]:
-            self._z = (z @ A + rows @ B + moments[:, None, :] @ E)[:, 0]
-        shares = moments / self.limit
+        C, D = (matrix.transpose(0, 2, 1) for matrix in self._now[2:4])
+        self._seen = y
+        shares = (self._z[:, None, :] @ C + y[:, None, :] @ D)[:, 0] / self.limit
         return shares[0] if self._single else shares
+
+    def advance(self, shares: Floats) -> None:
+        """Advance by a control period in which moments (shares of the limit) are commanded."""
+        if self._z.shape[1]:
+            A, B, E = (self._now[k].transpose(0, 2, 1) for k in (0, 1, 4))
+            moments = np.reshape(shares, (len(self._z), 1, -1)) * self.limit
+            self._z = (self._z[:, None, :] @ A + self._seen[:, None, :] @ B + moments @ E)[:, 0]
 
     # ------------------------------------------------------------------ design.Feedback
 
@@ -232,6 +250,10 @@ class ScheduledController(Controller):
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write it to an npz file; :func:`agents.load` gives back its equal."""
+        write(path, self.to_file())
+
+    def to_file(self) -> ControllerFile:
+        """Return what its file holds."""
         header = {
             "readings": [list(reading) for reading in self.readings],
             "commands": list(self.commands),
@@ -241,7 +263,7 @@ class ScheduledController(Controller):
             "about": self.about,
         }
         arrays = {name: getattr(self.law, name) for name in ("speeds", *_MATRICES)}
-        write(path, ControllerFile(type(self).__name__, header, arrays))
+        return ControllerFile(type(self).__name__, header, arrays)
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Self:

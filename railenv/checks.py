@@ -52,6 +52,19 @@ def number(
     return result
 
 
+def whole(name: str, value: Any, *, low: int = 1) -> int:
+    """Return ``value`` as a whole number from ``low`` on.
+
+    Raises
+    ------
+    ParameterError
+        If it is anything else.
+    """
+    if not hasattr(value, "__index__") or isinstance(value, bool) or value < low:
+        raise ParameterError(f"{name} is {value!r}; it must be a whole number from {low}")
+    return int(value)
+
+
 def speed(value: Any, name: str = "speed") -> float:
     """Return a forward speed in m/s; it must be positive, for creepages are relative to it."""
     return number(name, value, low=0.0, open_low=True, unit="m/s")

@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 import railenv
+from railenv import cli_train
 from railenv import vehicles as vehicle_records
 from railenv.errors import ParameterError, RailenvError
 
@@ -619,6 +620,9 @@ def reproduce(
     except Interrupted as stopped:
         err.print(str(stopped), highlight=False, soft_wrap=True)
         raise typer.Exit(130) from None
+
+
+app.command()(cli_train.train)
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 from collections.abc import Sequence
 from typing import Any, ClassVar, Literal
 
@@ -299,6 +300,19 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
         self._ended = state["ended"].copy()
         for recorder in self._recorders:
             recorder.restart()
+
+    def set_speed_range(self, low: float, high: float) -> None:
+        """Draw the speeds of later episodes from a part of ``speed_range`` (m/s), as in a curriculum.
+
+        Raises
+        ------
+        ParameterError
+            If it is not within the range that the environment was made with.
+        """
+        least, most = self.settings.speed_range
+        low = checks.number("lowest speed", low, low=least, high=most, unit="m/s")
+        high = checks.number("highest speed", high, low=low, high=most, unit="m/s")
+        self._fleet.settings = dataclasses.replace(self.settings, speed_range=(low, high))
 
     def render(self) -> tuple[NDArray[np.uint8] | None, ...] | None:  # type: ignore[override]
         """Draw every environment; needs pygame (extra ``render``)."""

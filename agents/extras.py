@@ -1,0 +1,36 @@
+"""Optional packages, and what is said where one is missing."""
+
+from __future__ import annotations
+
+import importlib.util
+
+from railenv.errors import ParameterError
+
+
+def require(package: str, distribution: str, what: str, extra: str = "rl") -> None:
+    """Raise if a package is not installed.
+
+    Parameters
+    ----------
+    package, distribution : str
+        The name that is imported, and that which is installed.
+    what : str
+        What needs it.
+    extra : str
+        The extra that has it.
+
+    Raises
+    ------
+    ParameterError
+    """
+    if importlib.util.find_spec(package) is None:
+        raise ParameterError(
+            f"{what} needs {distribution}, which is not installed; install it with "
+            f"pip install 'railenv[{extra}]'"
+        )
+
+
+def require_rl(what: str) -> None:
+    """Raise if torch or Stable-Baselines3 is not installed."""
+    require("torch", "torch", what)
+    require("stable_baselines3", "stable-baselines3", what)

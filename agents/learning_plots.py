@@ -1,0 +1,49 @@
+"""How learning is drawn, in the style of :mod:`design.plots`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import control
+
+from design.plots import STABLE, UNSTABLE, _axes, _drawn, style
+from railenv.errors import ParameterError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from agents.training import Training
+
+_MEANING = {
+    "return": "mean return of an episode",
+    "critical_speed": "linear critical speed (m/s)",
+    "robust_critical_speed": "lowest linear critical speed (m/s)",
+}
+
+
+def plot_training(training: Training, ax: Axes | None = None) -> control.ControlPlot:
+    """Draw the criterion at the evaluations over the environment's steps, and mark the best policy.
+
+    Raises
+    ------
+    ParameterError
+        If nothing was evaluated.
+    """
+    found = training.evaluations
+    if not found:
+        raise ParameterError("the training was not evaluated; evaluation.every must be above 0")
+    criterion = training.recipe.evaluation.criterion
+    name = "mean_return" if criterion == "return" else "critical_speed"
+    best = training.policy.about
+    with style():
+        ax = _axes(ax)
+        steps = [e.timesteps / 1e3 for e in found]
+        ax.plot(
+            steps, [e.score(criterion) for e in found], color=STABLE, marker=".", label="evaluation"
+        )
+        ax.plot([best["timesteps"] / 1e3], [best[name]], "o", color=UNSTABLE, label="best policy")
+        ax.set_xlabel("environment steps (thousands)")
+        ax.set_ylabel(_MEANING[criterion])
+        ax.set_title(f"{training.recipe.algorithm.upper()} in {training.recipe.env_id}")
+        ax.legend(loc="lower right")
+        return _drawn(ax)
