@@ -2,8 +2,8 @@
 
 Equations and numbers as in C. Kaas-Petersen, "Chaos in a railway bogie", Acta Mechanica 61 (1986),
 and H. True's later work; the wheelsets' yaw inertia, the suspension's names and the sign conventions
-are those of ``docs/physics.md``, section "Cooperrider bogie". The actuators' moments and the yaw damper,
-which is off by default, are additions.
+are those of ``docs/physics.md``, section "Cooperrider bogie". The actuators' moments and the yaw
+damper, which is off by default, are additions.
 """
 
 from __future__ import annotations
