@@ -121,7 +121,8 @@ def test_expensive_control_only_mirrors_what_is_unstable_into_the_unit_circle():
     own = np.linalg.eigvals(r.system.A)
     unstable = np.abs(own) > 1.0
     assert unstable.sum() == 2
-    mirrored = np.where(unstable, 1.0 / np.conj(own), own)
+    mirrored = own.copy()
+    mirrored[unstable] = 1.0 / np.conj(own[unstable])
     assert by_size(r.multipliers)[:8] == pytest.approx(by_size(mirrored)[:8], rel=1e-3)
 
 
