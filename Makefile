@@ -4,17 +4,21 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+CONTROLLERS := passive yaw-rate lqg lqg-scheduled output-feedback lqr lqr-scheduled
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint kernels docs site bench clean
+.PHONY: help demo report test lint controllers kernels docs site bench clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 	@echo "The first target run creates $(VENV) with $(PYTHON); override with PYTHON=python3.12."
 
-demo: $(STAMP) ## run the demonstration, writing to results/
-	$(BIN)/railenv demo --out results
+demo: $(STAMP) ## write the first page of the reproduction report to results/
+	$(BIN)/railenv reproduce --first-page --out results
+
+report: $(STAMP) ## write the whole reproduction report to results/ (minutes)
+	$(BIN)/railenv reproduce --out results
 
 test: $(STAMP) ## run the tests except those marked slow
 	$(BIN)/python -m pytest -n 2
@@ -42,6 +46,9 @@ site: $(STAMP) ## build the documentation as a site in site/
 
 kernels: $(STAMP) ## regenerate railenv/kernels from railenv/equations
 	$(BIN)/python -m railenv.kernels.generate
+
+controllers: $(STAMP) ## design and tune the shipped classical controllers again (some minutes)
+	for kind in $(CONTROLLERS); do $(BIN)/railenv tune $$kind --out agents/data/$$kind.npz; done
 
 bench: $(STAMP) ## run the benchmarks
 	$(BIN)/python -m benchmarks.run

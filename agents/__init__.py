@@ -8,13 +8,19 @@ used by other distributions too; ``__distribution__`` tells this one.
 """
 
 from agents.controller import Controller, equipped
+from agents.evaluation import Evaluation, Plan, evaluate, load_evaluations, save_evaluations
 from agents.growth import growth_rates, simulated_critical_speed
 from agents.load import load
 from agents.lqg import LQG
 from agents.lqr import LQR
+from agents.nonlinear import Place, disturbed_critical_speed, ramp_down
+from agents.output_feedback import Filters, OutputFeedback
 from agents.passive import Passive
 from agents.rollout import Case, Motion, Rollout
 from agents.scheduled import Law, ScheduledController
+from agents.shipped import shipped, shipped_names
+from agents.tuning import tune_lqg, tune_yaw_rate
+from agents.tuning_gradient import Goal, tune_output_feedback
 from agents.yaw_rate import YawRateFeedback
 
 __distribution__ = "railenv"
@@ -24,14 +30,30 @@ __all__ = [
     "LQR",
     "Case",
     "Controller",
+    "Evaluation",
+    "Filters",
+    "Goal",
     "Law",
     "Motion",
+    "OutputFeedback",
     "Passive",
+    "Place",
+    "Plan",
     "Rollout",
     "ScheduledController",
     "YawRateFeedback",
+    "disturbed_critical_speed",
     "equipped",
+    "evaluate",
     "growth_rates",
     "load",
+    "load_evaluations",
+    "ramp_down",
+    "save_evaluations",
+    "shipped",
+    "shipped_names",
     "simulated_critical_speed",
+    "tune_lqg",
+    "tune_output_feedback",
+    "tune_yaw_rate",
 ]

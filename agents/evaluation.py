@@ -135,8 +135,11 @@ class CurveResult:
     def nonlinear(self) -> float | None:
         """The lower of both readings of the nonlinear critical speed, m/s.
 
-        Where hunting cannot be established there is only the one from a disturbance.
+        Where hunting cannot be established there is only the one from a disturbance. A loop that is
+        unstable at the lowest speed has failed, however small its oscillation stays.
         """
+        if self.linear is None:
+            return None
         if not self.established:
             return self.disturbed
         return None if self.disturbed is None or self.ramp is None else min(self.disturbed, self.ramp)
@@ -438,7 +441,7 @@ class _Evaluator:
         radius, cant = self.plan.curves[0]
         case = Case(self.plan.ride_speeds[0], radius, cant)
         rollout = Rollout(model, self.controller, [case], Track(noise=True))
-        return float(_moments(rollout, self.plan.ride_duration)[0])
+        return float(_moments(rollout, self.plan.ride_duration)[0][0])
 
     def ride(self) -> Sequence[Mapping[str, float]]:
         """Run on irregular track with noisy sensors."""

@@ -12,6 +12,7 @@ from agents.passive import Passive
 from agents.scheduled import ScheduledController
 from agents.yaw_rate import YawRateFeedback
 from railenv import checks
+from railenv.errors import ParameterError
 
 _SCHEDULED: tuple[type[ScheduledController], ...] = (
     LQG,
@@ -36,4 +37,7 @@ def load(path: str | PathLike[str]) -> ScheduledController:
     content = read(path)
     kinds = {kind.__name__: kind for kind in _SCHEDULED}
     checks.known(f"kind of controller in {path}", [content.kind], list(kinds))
-    return kinds[content.kind].from_file(content)
+    try:
+        return kinds[content.kind].from_file(content)
+    except (KeyError, TypeError, AttributeError) as error:
+        raise ParameterError(f"{path} is damaged: {error!r} in its header") from None

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents.controller import Controller
-from agents.rollout import Case, Rollout
-from railenv import Equipped, checks, find_equilibrium
-from railenv.errors import EquilibriumError, ParameterError
+from agents.rollout import Case, Rollout, startable
+from railenv import Equipped, checks
+from railenv.errors import ParameterError
 
 Array = NDArray[np.float64]
 
@@ -69,14 +69,15 @@ def amplitudes(
 
     Speeds at which there is no running equilibrium give infinity.
     """
-    possible = [v for v in speeds if _exists(model, place, v)]
+    cases = [place.case(v, offset) for v in speeds]
+    possible = np.flatnonzero(startable(model, cases))
     result = np.full(len(speeds), math.inf)
-    if possible:
-        rollout = Rollout(model, controller, [place.case(v, offset) for v in possible])
+    if len(possible):
+        rollout = Rollout(model, controller, [cases[k] for k in possible])
         motion = rollout.run(duration)
         last = motion["y_w1"][-round(_WINDOW / rollout.period) :]
         left = np.where(np.isfinite(last).all(axis=0), np.ptp(last, axis=0) / 2.0, math.inf)
-        result[[list(speeds).index(v) for v in possible]] = left
+        result[possible] = left
     return result
 
 
@@ -218,17 +219,6 @@ class _Descent:
         self.rollout.fleet.restore(fleet)
         self.rollout.controller = controller
         return there
-
-
-def _exists(model: Equipped, place: Place, speed: float) -> bool:
-    if math.isinf(place.radius) and place.cant == 0.0:
-        return True
-    plant = model.plant.replace(**place.vehicle) if place.vehicle else model.plant
-    try:
-        find_equilibrium(plant, speed=speed, radius=place.radius, cant=place.cant)
-    except EquilibriumError:
-        return False
-    return True
 
 
 def _range(speed_range: tuple[float, float]) -> tuple[float, float]:

@@ -15,7 +15,7 @@ from railenv import Actuator, Equipped, Sensors, checks
 from railenv.envs.episodes import Episode
 from railenv.envs.fleet import Fleet
 from railenv.envs.settings import LOWEST_SPEED, Settings
-from railenv.errors import ParameterError
+from railenv.errors import EquilibriumError, ParameterError
 from railenv.irregularity import Level
 
 Array = NDArray[np.float64]
@@ -165,6 +165,22 @@ class Rollout:
                 rows.append(self.fleet.all_states()[:, columns])
         time = np.arange(len(rows), dtype=float) * (every * self.period)
         return Motion(time, np.array(rows), tuple(names), self.derailed.copy())
+
+
+def startable(model: Equipped, cases: Sequence[Case]) -> list[bool]:
+    """Return for each case whether it has a running equilibrium that a rollout can start from."""
+    track = Track()
+    settings = _settings(model, None, cases, track, 1e-3)
+    fleet = Fleet(settings, 1, 1)
+    found = []
+    for case in cases:
+        try:
+            fleet.start(0, _episode(settings, case, track, 0))
+        except EquilibriumError:
+            found.append(False)
+        else:
+            found.append(True)
+    return found
 
 
 def _settings(

@@ -1,11 +1,10 @@
 """Controllers that the package ships for ``HIGH_SPEED_COACH`` with its default secondary actuator.
 
-``python -m agents.shipped`` designs and tunes all of them again, ``railenv tune KIND`` one.
+``railenv tune KIND --out FILE`` designs and tunes one again, ``make controllers`` all of them.
 """
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Mapping
 from importlib import resources
 from pathlib import Path
@@ -63,17 +62,3 @@ def shipped(name: str) -> Controller:
 
 def _folder() -> resources.abc.Traversable:
     return resources.files("agents") / "data"
-
-
-def main() -> None:
-    """Design and tune all classical controllers again, into the package's folder."""
-    names = sys.argv[1:] or list(DESIGNS)
-    checks.known("controller", names, list(DESIGNS))
-    for name in names:
-        controller = DESIGNS[name](coach())
-        controller.save(str(_folder() / f"{name}.npz"))
-        print(f"{name}: {controller.about}", flush=True)
-
-
-if __name__ == "__main__":
-    main()

@@ -146,7 +146,7 @@ def tune_output_feedback(
         With a single actuator.
     filters : Filters, optional
     nodes : sequence of float
-        Speeds between which gains are linear, m/s.
+        Speeds between which gains are linear, m/s; they are held beyond the target that was reached.
     goal : Goal, optional
     start, step, highest : float
         Target speeds that are tried, m/s.
@@ -207,8 +207,11 @@ def tune_output_feedback(
         )
     about = {"goal": asdict(wanted), "target": reached, "evaluations": evaluations, "seed": seed}
     gains = best.reshape(-1, len(GAINS)) * _UNITS
+    # beyond the target nothing was asked of the gains: they stay what they are there
+    held = np.append(knots[knots < reached], reached)
+    gains = np.array([np.interp(held, knots, column) for column in gains.T]).T
     controller = OutputFeedback.design(
-        model, speeds=knots, gains=gains, filters=f, period=period, about=about
+        model, speeds=held, gains=gains, filters=f, period=period, about=about
     )
     return Tuned(controller, reached, evaluations)
 

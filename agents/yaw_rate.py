@@ -39,13 +39,13 @@ class YawRateFeedback(ScheduledController):
         gain : float
             N m per rad/s.
         washout : float
-            Corner frequency of the high-pass filter, Hz.
+            Corner frequency of the high-pass filter, Hz; 0 for no filter.
         period : float
             Control period, s.
         """
         vehicle = equipped(model)
         gain = checks.number("gain", gain, unit="N m s/rad")
-        washout = checks.number("washout", washout, low=0.0, open_low=True, unit="Hz")
+        washout = checks.number("washout", washout, low=0.0, unit="Hz")
         readings = readings_of(vehicle, "sensors", period)
         names = [reading.signal for reading in readings]
         m = len(vehicle.command_names)
@@ -56,13 +56,11 @@ class YawRateFeedback(ScheduledController):
             body = command.removeprefix("command_")
             sensed = f"gyro_{body}" if f"gyro_{body}" in names else "gyro_b"
             B[0, k, names.index(sensed)] = 1.0
-        law = Law.of(
-            [1.0],
-            A=(1.0 - share) * np.eye(m)[None],
-            B=share * B,
-            C=gain * np.eye(m)[None],
-            D=-gain * B,
-        )
+        if share == 0.0:
+            law = Law.of([1.0], D=-gain * B)
+        else:
+            A, C = (1.0 - share) * np.eye(m)[None], gain * np.eye(m)[None]
+            law = Law.of([1.0], A=A, B=share * B, C=C, D=-gain * B)
         about = {"gain": gain, "washout": washout}
         return cls(
             law, readings, vehicle.command_names, vehicle.actuator.limit, "sensors", period, about

@@ -54,7 +54,7 @@ def _axis(state: str, what: str = "") -> str:
     return f"{text} ({unit})" if unit else text
 
 
-def _runs(stable: NDArray[np.bool_]) -> Iterator[tuple[slice, bool]]:
+def stability_runs(stable: NDArray[np.bool_]) -> Iterator[tuple[slice, bool]]:
     """Yield stretches of equal stability; each overlaps the next by a point, so that lines join."""
     edges = [0, *(np.flatnonzero(np.diff(stable)) + 1).tolist(), len(stable)]
     for a, b in pairwise(edges):
@@ -115,7 +115,7 @@ def _branch_lines(ax: Axes, branch: CycleBranch, k: int, factor: float) -> None:
         text = f"Hopf point at {hopf.speed:.2f} m/s"
         ax.plot(hopf.speed, 0.0, "*", color=_INK, ms=11, label=text, zorder=5, clip_on=False)
     drawn = set()
-    for part, is_stable in _runs(stable):
+    for part, is_stable in stability_runs(stable):
         label = "stable" if is_stable else "unstable"
         ax.plot(
             value[part],
@@ -164,6 +164,7 @@ def phase_portrait(
     *,
     skip: float = 0.0,
     ax: Axes | None = None,
+    color: str = STABLE,
 ) -> control.ControlPlot:
     """Draw a simulated motion in the plane of two states, as the paper's Figs 6 to 9.
 
@@ -175,6 +176,8 @@ def phase_portrait(
         The first state and its rate when left out.
     skip : float
         Time at the start to leave out, s.
+    color : str
+        Of the line.
     """
     names = list(response.output_labels)
     chosen = (names[0], names[len(names) // 2]) if states is None else states
@@ -185,8 +188,8 @@ def phase_portrait(
         ax = _axes(ax, (5.2, 4.6))
         (fx, _), (fy, _) = (_unit(name) for name in chosen)
         x, y = (outputs[names.index(name)] for name in chosen)
-        ax.plot(fx * x, fy * y, color=STABLE, lw=0.9)
-        ax.plot(fx * x[-1], fy * y[-1], "o", color=UNSTABLE, ms=5, label="end")
+        ax.plot(fx * x, fy * y, color=color, lw=0.9)
+        ax.plot(fx * x[-1], fy * y[-1], "o", color=_INK, ms=5, label="end")
         ax.set_xlabel(_axis(chosen[0]))
         ax.set_ylabel(_axis(chosen[1]))
         ax.set_title(f"{response.sysname or 'motion'} from {skip:g} s")
@@ -265,17 +268,23 @@ def plot_ramp(ramp: SpeedRamp, ax: Axes | None = None) -> control.ControlPlot:
         return _drawn(ax)
 
 
-def plot_spectrum(spectrum: Spectrum, ax: Axes | None = None) -> control.ControlPlot:
+def plot_spectrum(
+    spectrum: Spectrum, ax: Axes | None = None, label: str | None = None, color: str | None = None
+) -> control.ControlPlot:
     """Draw the power spectral density over frequency."""
     factor, unit = _unit(spectrum.state)
     with style():
         ax = _axes(ax)
         density = factor**2 * spectrum.density[1:]
-        ax.semilogy(spectrum.frequency[1:], density, color=STABLE, lw=1.2)
         text = (
             f"main frequency {spectrum.main_frequency:.3f} Hz, rms {factor * spectrum.rms:.3g} {unit}"
         )
-        ax.axvline(spectrum.main_frequency, color=UNSTABLE, lw=1.0, ls="--", label=text)
+        if label is None:
+            ax.axvline(spectrum.main_frequency, color=UNSTABLE, lw=1.0, ls="--", label=text)
+        else:
+            label = f"{label}: {text.removeprefix('main frequency ')}"
+        line = color or STABLE
+        ax.semilogy(spectrum.frequency[1:], density, color=line, lw=1.2, label=label)
         ax.set_xlim(0.0, 10.0 * spectrum.main_frequency)
         peak = float(density.max())
         ax.set_ylim(peak * 10.0**-_DECADES, 5.0 * peak)

@@ -47,11 +47,13 @@ class Spectrum:
     def __str__(self) -> str:
         return f"{self.state}: main frequency {self.main_frequency:.4f} Hz, rms {self.rms:.4g}"
 
-    def plot(self, ax: Axes | None = None) -> control.ControlPlot:
-        """Draw the density over frequency."""
+    def plot(
+        self, ax: Axes | None = None, label: str | None = None, color: str | None = None
+    ) -> control.ControlPlot:
+        """Draw the density over frequency; with a ``label``, as one of several."""
         from design.cycle_plots import plot_spectrum
 
-        return plot_spectrum(self, ax)
+        return plot_spectrum(self, ax, label, color)
 
 
 def spectrum(

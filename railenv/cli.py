@@ -68,9 +68,12 @@ YawRateGainOption = Annotated[
     float | None,
     typer.Option(help="Damp the yaw rate by actuators: moment against it, N m per rad/s."),
 ]
+ControllerOption = Annotated[
+    str | None, typer.Option("--controller", help="Close the loop: a shipped controller, or a file.")
+]
 WashoutOption = Annotated[
     float | None,
-    typer.Option(help="Time constant (s) of forgetting a steady yaw rate; never if left out."),
+    typer.Option(help="Corner frequency (Hz) below which it does not; none if left out."),
 ]
 DelayOption = Annotated[
     float | None, typer.Option(help="Transport delay of the commands, s; 0.01 if left out.")
@@ -298,6 +301,7 @@ def locus(
     first: Annotated[float | None, typer.Option("--from", help="Lowest value of it.")] = None,
     last: Annotated[float | None, typer.Option("--to", help="Highest value of it.")] = None,
     speed: Annotated[float | None, typer.Option("--speed", "-s", help="Speed for it, m/s.")] = None,
+    controller: ControllerOption = None,
     yaw_rate_gain: YawRateGainOption = None,
     washout: WashoutOption = None,
     delay: DelayOption = None,
@@ -315,7 +319,7 @@ def locus(
     loop = command.loop(
         _model(model, vehicle, None),
         _assignments(changes, "--set"),
-        command.YawDamper(yaw_rate_gain, washout, delay, period),
+        command.Choice(controller, yaw_rate_gain, washout, delay, period),
     )
     if parameter is None:
         command.only_with_parameter({"--from": first, "--to": last, "--speed": speed})
@@ -338,9 +342,8 @@ def locus(
 @app.command()
 def margins(
     speed: Annotated[float, typer.Option("--speed", "-s", help="Forward speed, m/s.")],
-    yaw_rate_gain: Annotated[
-        float, typer.Option(help="Moment commanded against a yaw rate, N m per rad/s.")
-    ],
+    controller: ControllerOption = None,
+    yaw_rate_gain: YawRateGainOption = None,
     vehicle: VehicleOption = "HIGH_SPEED_COACH",
     model: ModelOption = "bogie",
     radius: RadiusOption = math.inf,
@@ -352,13 +355,13 @@ def margins(
     plot: PlotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Compute gain, phase, disk and delay margins of a vehicle whose actuators damp its yaw rate."""
+    """Compute gain, phase, disk and delay margins of a vehicle under a controller."""
     from railenv import cli_design as command
 
     loop = command.loop(
         _model(model, vehicle, None),
         _assignments(changes, "--set"),
-        command.YawDamper(yaw_rate_gain, washout, delay, period),
+        command.Choice(controller, yaw_rate_gain, washout, delay, period),
     )
     found = command.margins(loop, speed, radius, cant)
     if as_json:
@@ -434,16 +437,24 @@ def stability_map(
     store: Annotated[
         Path | None, typer.Option(help="Keep finished cells in this file; a rerun continues it.")
     ] = None,
+    controller: ControllerOption = None,
     jobs: Annotated[int, typer.Option(help="Processes; -1 is one for each processor.")] = -1,
     changes: SetOption = None,
     plot: PlotOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Map critical speed, damping or growth rate over two parameters, in parallel."""
+    from railenv import cli_design
     from railenv import cli_map as command
 
+    loop = cli_design.loop(
+        _model(model, vehicle, None),
+        _assignments(changes, "--set"),
+        cli_design.Choice(controller),
+    )
     found = command.stability_map(
-        _model(model, vehicle, changes),
+        loop.model,
+        loop.controller,
         (x, y),
         quantity=quantity,
         speed=speed,
@@ -530,17 +541,84 @@ def simulate(
 
 
 @app.command()
-def demo(
-    directory: Annotated[Path, typer.Option("--out", help="Directory to write to.")] = Path("results"),
+def evaluate(
+    controllers: Annotated[
+        list[str] | None,
+        typer.Argument(help="Shipped controllers or files; all shipped ones when left out."),
+    ] = None,
+    vehicle: VehicleOption = "HIGH_SPEED_COACH",
+    model: ModelOption = "bogie",
+    changes: SetOption = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Tangent track and one curve only.")] = False,
+    store: Annotated[
+        Path | None, typer.Option(help="JSON file to keep evaluations in, and to go on from.")
+    ] = None,
+    leaderboard: Annotated[bool, typer.Option("--leaderboard", help="Print a Markdown table.")] = False,
+    plot: PlotOption = None,
+    as_json: JsonOption = False,
 ) -> None:
-    """Write critical speeds over curve radius, a speed locus and time histories, in under a minute."""
-    import matplotlib as mpl
+    """Measure how fast a vehicle runs with each controller: linear, nonlinear, robust, on curves."""
+    import agents
+    from railenv import cli_evaluate
 
-    mpl.use("Agg")
-    from design.demo import run
+    names = controllers or agents.shipped_names()
+    built = _model(model, vehicle, changes)
+    quiet = as_json or leaderboard
+    done = cli_evaluate.evaluate(names, built, quick=quick, store=store, show_progress=not quiet)
+    if as_json:
+        _print_json([evaluation.summary() for evaluation in done])
+    elif leaderboard:
+        from agents.leaderboard import markdown
 
-    for path in run(directory, out):
-        out.print(f"wrote {path}", highlight=False)
+        print(markdown(done), end="")
+    else:
+        out.print(cli_evaluate.table(done))
+    if plot:
+        from agents.plots import plot_comparison
+
+        _save(plot_comparison(done), plot)
+
+
+@app.command()
+def tune(
+    kind: Annotated[str, typer.Argument(help="passive, yaw-rate, lqg, output-feedback, lqr, ...")],
+    file: Annotated[Path, typer.Option("--out", help="File to write the controller to (npz).")],
+    vehicle: VehicleOption = "HIGH_SPEED_COACH",
+    model: ModelOption = "bogie",
+    changes: SetOption = None,
+) -> None:
+    """Design and tune a controller for a vehicle, as the shipped ones were for the coach."""
+    from railenv import cli_evaluate
+
+    cli_evaluate.tune(kind, _model(model, vehicle, changes), file, out)
+
+
+@app.command()
+def reproduce(
+    directory: Annotated[Path, typer.Option("--out", help="Directory to write to.")] = Path("results"),
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Coarse bifurcation diagrams and limit cycles; two minutes.")
+    ] = False,
+    first_page: Annotated[
+        bool,
+        typer.Option("--first-page", help="Only the claims that take seconds, and critical speeds."),
+    ] = False,
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", "-j", min=1, help="Processes; as many as processors.")
+    ] = None,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Forget what was computed before; otherwise it is kept.")
+    ] = False,
+) -> None:
+    """Compute every result of the paper again and write them, beside its claims, to report.html."""
+    from design.reproduction import Interrupted
+    from railenv import cli_reproduce as command
+
+    try:
+        command.run(directory, out, err, quick=quick, first=first_page, fresh=fresh, jobs=jobs)
+    except Interrupted as stopped:
+        err.print(str(stopped), highlight=False, soft_wrap=True)
+        raise typer.Exit(130) from None
 
 
 if __name__ == "__main__":

@@ -16,33 +16,35 @@ from railenv.errors import ParameterError
 from railenv.models import Bogie, DualWheelset, Model
 
 if TYPE_CHECKING:
-    import control
-
     import design
+    from design.feedback import Feedback
 
 _ROWS = 20
 
 
 @dataclass(frozen=True)
-class YawDamper:
-    """What the command line says of a controller: a moment against the yaw rate that a gyro reads.
+class Choice:
+    """What the command line says of a controller.
 
     Attributes
     ----------
+    name : str or None
+        A shipped controller or a file.
     gain : float or None
-        N m per rad/s; None for no controller.
+        Instead of it, N m per rad/s of a yaw rate that is damped.
     washout : float or None
-        Time constant of the high-pass filter, s; None for no filter.
+        Corner frequency of the high-pass filter of that, Hz; None for no filter.
     delay : float or None
         Transport delay of the commands, s; None for the actuator's own.
     period : float or None
         Control period, s; None for the usual one.
     """
 
-    gain: float | None
-    washout: float | None
-    delay: float | None
-    period: float | None
+    name: str | None = None
+    gain: float | None = None
+    washout: float | None = None
+    delay: float | None = None
+    period: float | None = None
 
 
 @dataclass(frozen=True)
@@ -50,46 +52,49 @@ class Loop:
     """A model with its controller, or alone."""
 
     model: Model
-    controller: control.StateSpace | None
+    controller: Feedback | None
 
 
-def loop(model: Model, changes: dict[str, Any], damper: YawDamper) -> Loop:
-    """Return a model with changed parameters and, if there is a gain, actuators and controller.
+def loop(model: Model, changes: dict[str, Any], choice: Choice) -> Loop:
+    """Return a model with changed parameters and, if one is chosen, actuators and controller.
 
     The bogie gets actuators between frame and body, the dual wheelset between wheelsets and frame.
     """
-    if damper.gain is None:
+    if choice.name is None and choice.gain is None:
         for name in ("washout", "delay", "period"):
-            if getattr(damper, name) is not None:
-                raise ParameterError(f"--{name} needs a controller; give --yaw-rate-gain too")
+            if getattr(choice, name) is not None:
+                raise ParameterError(
+                    f"--{name} needs a controller; give --controller or --yaw-rate-gain too"
+                )
         return Loop(model.replace(**changes) if changes else model, None)
     if not isinstance(model, (Bogie, DualWheelset)):
-        raise ParameterError(f"--yaw-rate-gain needs a bogie or a dual wheelset, not {model.name}")
+        raise ParameterError(f"a controller needs a bogie or a dual wheelset, not {model.name}")
     equipped = Equipped(model, "secondary" if isinstance(model, Bogie) else "primary")
-    if damper.delay is not None:
-        changes = {"delay": damper.delay, **changes}
+    if choice.delay is not None:
+        changes = {"delay": choice.delay, **changes}
     equipped = equipped.replace(**changes)
-    return Loop(equipped, _controller(equipped, damper))
+    return Loop(equipped, _controller(equipped, choice))
 
 
-def _controller(model: Equipped, damper: YawDamper) -> control.StateSpace:
-    """Return the controller: each actuator acts against the gyro of its own body."""
-    import control
+def _controller(model: Equipped, choice: Choice) -> Feedback:
+    from agents.yaw_rate import YawRateFeedback
+    from design.feedback import CONTROL_PERIOD, Feedback
+    from railenv.cli_evaluate import controllers
 
-    from design.feedback import CONTROL_PERIOD
-
-    period = CONTROL_PERIOD if damper.period is None else damper.period
+    if choice.name is not None:
+        for name in ("gain", "washout", "period"):
+            if getattr(choice, name) is not None:
+                option = "yaw-rate-gain" if name == "gain" else name
+                raise ParameterError(f"--{option} does not go with --controller, which has its own")
+        (controller,) = controllers([choice.name]).values()
+        if not isinstance(controller, Feedback):
+            raise ParameterError(f"controller {choice.name!r} has no linearisation")
+        return controller
+    period = CONTROL_PERIOD if choice.period is None else choice.period
     period = checks.number("--period", period, low=0.0, open_low=True, unit="s")
-    gain = checks.number("--yaw-rate-gain", damper.gain, unit="N m s/rad")
-    if damper.washout is None:
-        one = control.ss([], [], [], [[-gain]], period)
-    else:
-        time = checks.number("--washout", damper.washout, low=0.0, open_low=True, unit="s")
-        high_pass = control.ss([[-1.0 / time]], [[1.0 / time]], [[gain]], [[-gain]])
-        one = control.sample_system(high_pass, period, method="tustin")
-    commands = model.command_names
-    gyros = [f"gyro_{name.removeprefix('command_')}" for name in commands]
-    return control.ss(control.append(*[one] * len(commands)), inputs=gyros, outputs=list(commands))
+    gain = checks.number("--yaw-rate-gain", choice.gain, unit="N m s/rad")
+    washout = checks.number("--washout", choice.washout or 0.0, low=0.0, unit="Hz")
+    return YawRateFeedback.design(model, gain=gain, washout=washout, period=period)
 
 
 def only_with_parameter(options: dict[str, float | None]) -> None:
@@ -179,6 +184,9 @@ def _found(locus: design.VehicleLocus, summary: dict[str, Any], said: str) -> Fo
 def margins(loop: Loop, speed: float, radius: float, cant: float) -> Found:
     """Compute the margins of a closed loop."""
     import design
+
+    if loop.controller is None:
+        raise ParameterError("margins need a controller; give --controller or --yaw-rate-gain")
 
     found = design.margins(loop.model, loop.controller, speed=speed, radius=radius, cant=cant)
     table = Table(title=found.closed_loop.model_name)

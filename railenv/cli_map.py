@@ -18,6 +18,7 @@ _ROWS, _COLUMNS = 16, 6  # of the table that is shown
 
 def stability_map(
     model: Model,
+    controller: Any | None,
     texts: tuple[str, str],
     *,
     quantity: str,
@@ -44,6 +45,7 @@ def stability_map(
         speed=speed,
         radius=radius,
         cant=cant,
+        controller=controller,
         store=store,
         n_jobs=n_jobs,
         progress=progress,

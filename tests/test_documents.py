@@ -7,8 +7,8 @@ import matplotlib.pyplot as plt
 import pytest
 from typer.testing import CliRunner
 
-import design.demo
 import railenv
+from design.reproduction.sections.critical_speeds import CAPTION, HEADINGS, TITLE, CriticalSpeeds
 from railenv import cli
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -41,18 +41,19 @@ def test_commands_of_the_readme_run(monkeypatch, tmp_path):
         assert result.exit_code == 0, result.output
 
 
-def test_table_of_the_readme_is_the_demonstrations(tmp_path):
-    cases = [
-        design.demo.Case(
-            model(vehicle),
-            design.critical_speed(model(vehicle)),
-            design.curve_sweep(model(vehicle), [1000.0], cant=design.demo.CANT),
-        )
-        for model in (railenv.Bogie, railenv.DualWheelset)
-        for vehicle in (railenv.TABLE_1, railenv.HIGH_SPEED_COACH)
+def test_table_of_the_readme_is_the_reports():
+    section = CriticalSpeeds()
+    data = {
+        piece.name: piece.function(**{**piece.inputs, "radii": [1000.0]}) for piece in section.pieces()
+    }
+    rows = [
+        f"| {' | '.join(HEADINGS)} |",
+        f"|---|{'---:|' * (len(HEADINGS) - 1)}",
+        *(f"| {' | '.join(row)} |" for row in section.rows(data)),
+        "",
+        f"{TITLE}; {CAPTION}.",
     ]
-    written = design.demo._markdown(tmp_path / "table.md", design.demo._rows(cases)).read_text()
-    assert written.strip() in (ROOT / "README.md").read_text()
+    assert "\n".join(rows) in (ROOT / "README.md").read_text()
 
 
 def test_vehicle_page_is_generated_from_the_metadata():

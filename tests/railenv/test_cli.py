@@ -125,9 +125,39 @@ def test_margins_as_text_json_and_plot(tmp_path):
 def test_margins_of_both_actuators_of_a_dual_wheelset_with_a_washout():
     vehicle = ("-m", "dual-wheelset", "-v", "TABLE_1")
     data = json.loads(
-        invoke("margins", *vehicle, "-s", 34, "--yaw-rate-gain", 1e5, "--washout", 1, "--json")
+        invoke("margins", *vehicle, "-s", 34, "--yaw-rate-gain", 1e5, "--washout", 0.2, "--json")
     )
     assert [c["channel"] for c in data["channels"]] == ["command_w1", "command_w2"]
+
+
+def test_shipped_controllers_close_the_loop_in_locus_margins_and_map(tmp_path):
+    data = json.loads(
+        invoke("locus", "--controller", "yaw-rate", "--lowest", 60, "--points", 4, "--json")
+    )
+    assert data["critical_points"][0]["value"] > 140.0
+    margins = json.loads(invoke("margins", "-s", 100, "--controller", "output-feedback", "--json"))
+    assert margins["stable"] is True
+    axes = ("--x", "conicity:0.05,0.3", "--y", "gain:0,1")
+    what = ("--quantity", "growth", "-s", 120, "--jobs", 1, "--json")
+    data = json.loads(invoke("map", *axes, "--controller", "yaw-rate", *what))
+    assert all(with_it < without for without, with_it in data["growth"])
+
+
+def test_evaluation_on_the_command_line(tmp_path):
+    store = tmp_path / "kept.json"
+    command = ("evaluate", "passive", "--quick", "--store", store)
+    data = json.loads(invoke(*command, "--json"))
+    assert data[0]["curves"][0]["linear"] == pytest.approx(116.1213, rel=1e-4)
+    assert "| passive | sensors | 116.1 |" in invoke(*command, "--leaderboard")  # from the store
+    assert "passive" in invoke(*command, "--plot", tmp_path / "bars.png")
+
+
+def test_tuning_on_the_command_line(tmp_path):
+    import agents
+
+    file = tmp_path / "lqr.npz"
+    invoke("tune", "lqr", "--out", file)
+    assert isinstance(agents.load(file), agents.LQR)
 
 
 def test_critical_mode_is_animated(tmp_path):
@@ -167,7 +197,7 @@ def test_simulate_reports_growth_above_the_critical_speed_and_writes_all_states(
 
 
 @pytest.mark.parametrize(
-    "command", ["vehicles", "critical-speed", "locus", "margins", "simulate", "demo"]
+    "command", ["vehicles", "critical-speed", "locus", "margins", "simulate", "reproduce"]
 )
 def test_every_option_of_every_command_is_explained(command):
     parameters = cli.typer.main.get_command(cli.app).commands[command].params
@@ -190,7 +220,11 @@ def test_every_option_of_every_command_is_explained(command):
         (["locus", "--parameter", "conicity"], "needs --from, --to and --speed"),
         (["locus", "--delay", "0.01"], "--delay needs a controller"),
         (["margins", "-s", "60", "--yaw-rate-gain", "1", "-m", "cooperrider"], "needs a bogie"),
+        (["margins", "-s", "60"], "margins need a controller"),
+        (["margins", "-s", "60", "--controller", "magic"], "neither a file nor shipped"),
+        (["margins", "-s", "60", "--controller", "lqg", "--period", "0.01"], "has its own"),
         (["locus", "-r", "400", "-c", "0.09", "--highest", "300"], None),
+        (["reproduce", "--first-page", "--quick"], "the first page has one form"),
     ],
 )
 def test_errors_are_one_line_with_exit_status_1(arguments, message):

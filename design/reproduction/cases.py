@@ -1,0 +1,62 @@
+"""The vehicles and models that the report compares, and their colours."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import railenv
+from design.plots import SERIES
+from design.reproduction import paper
+from railenv.models import Bogie, DualWheelset
+from railenv.vehicles import Vehicle
+
+ModelName = Literal["bogie", "dual_wheelset"]
+
+VEHICLES = railenv.PRESETS
+MODELS: tuple[ModelName, ...] = ("bogie", "dual_wheelset")
+MODEL_TITLES = {"bogie": "bogie", "dual_wheelset": "dual wheelset"}
+PRINTED = {"bogie": paper.BOGIE, "dual_wheelset": paper.DUAL_WHEELSET}
+
+VEHICLE_COLORS = {
+    "TABLE_1": SERIES[0],
+    "TABLE_1_PRINTED_LOADS": "#74b3c8",
+    "HIGH_SPEED_COACH": SERIES[1],
+}
+MODEL_COLORS = {"bogie": SERIES[2], "dual_wheelset": SERIES[3]}
+
+_TYPES: dict[ModelName, type[Bogie] | type[DualWheelset]] = {
+    "bogie": Bogie,
+    "dual_wheelset": DualWheelset,
+}
+
+
+@dataclass(frozen=True)
+class Case:
+    """One model of one vehicle."""
+
+    kind: ModelName
+    vehicle: Vehicle
+
+    @property
+    def model(self) -> Bogie | DualWheelset:
+        """The model."""
+        return _TYPES[self.kind](self.vehicle)
+
+    @property
+    def key(self) -> str:
+        """Name of the case in names of pieces and files."""
+        return f"{self.kind}-{self.vehicle.name}"
+
+    @property
+    def title(self) -> str:
+        """Name of the case in texts."""
+        return f"{self.vehicle.name} {MODEL_TITLES[self.kind]}"
+
+    @property
+    def printed(self) -> paper.Printed:
+        """What the paper prints of this model."""
+        return PRINTED[self.kind]
+
+
+CASES = tuple(Case(kind, vehicle) for kind in MODELS for vehicle in VEHICLES)

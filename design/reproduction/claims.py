@@ -1,0 +1,117 @@
+"""The paper's claims, each with what the computations say of it, for each vehicle.
+
+A claim is a function of :class:`Evidence`. It works out numbers, verdicts and the reason from results;
+the only numbers written here are tolerances. What the paper prints is in
+:mod:`design.reproduction.paper`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from design.reproduction import paper, pieces
+from design.reproduction.cases import CASES, Case, ModelName
+from design.reproduction.section import Data
+from design.reproduction.settings import Settings
+from railenv.vehicles import Vehicle
+
+Verdict = Literal["agrees", "differs", "open"]
+
+FREQUENCY_TOLERANCE = 0.05
+"""Hz; the paper's two main frequencies differ by 0.046 Hz, so its spectra resolve about this."""
+
+ERROR_TOLERANCE = 0.01
+"""Within which a relative difference of speeds equals the one printed."""
+
+CHANGE_TOLERANCE = 1e-3
+"""Relative change of a critical speed from one radius to the next that counts as none."""
+
+EQUAL = 0.02
+"""Relative difference of two motions that is too small to tell which is larger."""
+
+MOST = 0.9
+"""Share of the points of a diagram at which a rule must hold for the claim to agree."""
+
+NEAR = 0.2
+"""Relative distance of two frequencies that count as close."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What the computations say of a claim for one vehicle.
+
+    Attributes
+    ----------
+    text : str
+        Our numbers.
+    verdict : {"agrees", "differs", "open"}
+        "open": the vehicle has nothing that the claim could be compared with.
+    """
+
+    text: str
+    verdict: Verdict
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A claim of the paper beside our findings.
+
+    Attributes
+    ----------
+    key : str
+    source : str
+        Where in the paper.
+    short : str
+        The statement in a few words.
+    statement : str
+    printed : str
+        What the paper prints.
+    findings : dict of str to Finding
+        By the name of the vehicle.
+    why : str
+        Reason, from the same computations.
+    """
+
+    key: str
+    source: str
+    short: str
+    statement: str
+    printed: str
+    findings: dict[str, Finding]
+    why: str
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Results of pieces, by the case that they belong to."""
+
+    data: Data
+    settings: Settings
+
+    def speeds(self, case: Case) -> dict[str, Any]:
+        """Critical speeds of a case."""
+        return self.data[pieces.critical_speeds(case).name]
+
+    def on_curve(self, case: Case) -> Any:
+        """Critical speed on the curve of Figs 6 to 9."""
+        return self.speeds(case)["listed"][pieces.LISTED_RADII.index(paper.RADIUS)]
+
+    def motion(self, case: Case, speed: float) -> dict[str, Any]:
+        """Motion at one of the paper's speeds."""
+        return self.data[pieces.motion(case, speed).name]
+
+
+Rule = Callable[[Evidence], Claim]
+
+
+def cases_of(kind: ModelName) -> tuple[Case, ...]:
+    """Return the cases of one model, in the order of the vehicles."""
+    return tuple(c for c in CASES if c.kind == kind)
+
+
+def counts(claims: Iterable[Claim], vehicle: Vehicle) -> tuple[int, int, int]:
+    """Return how many claims agree, differ and stay open for a vehicle."""
+    verdicts = [c.findings[vehicle.name].verdict for c in claims]
+    return verdicts.count("agrees"), verdicts.count("differs"), verdicts.count("open")

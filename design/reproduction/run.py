@@ -1,0 +1,162 @@
+"""Computes what is missing, then writes the report with its figures and data."""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+from joblib.externals.loky.process_executor import BrokenProcessPool
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from design.reproduction.document import Part, Picture, page
+from design.reproduction.drawing import write_svg
+from design.reproduction.section import Data, DataTable, Section
+from design.reproduction.store import Store
+from design.reproduction.workers import compute
+from railenv.errors import ParameterError, RailenvError
+
+_LISTED = 3  # files are named one by one
+
+STORE = "pieces"
+"""Folder of the stored computations, in the directory of the report."""
+
+
+class Interrupted(RailenvError):
+    """The run was stopped before the report was written."""
+
+
+@dataclass(frozen=True)
+class Report:
+    """A finished report.
+
+    Attributes
+    ----------
+    path : Path
+        The HTML file.
+    files : tuple of Path
+        Figures and data beside it.
+    data : mapping
+        Results of all pieces, by name.
+    computed, kept : int
+        Pieces computed in this run, and taken from an earlier one.
+    """
+
+    path: Path
+    files: tuple[Path, ...]
+    data: Data
+    computed: int
+    kept: int
+
+
+def reproduce(
+    sections: Sequence[Section],
+    directory: Path,
+    *,
+    note: str = "",
+    fresh: bool = False,
+    jobs: int = 1,
+    console: Console | None = None,
+) -> Report:
+    """Write a report of some sections into a directory.
+
+    Pieces that were computed before, with the same inputs and the same code, are not computed again.
+    Each is stored as soon as it is done, so that a run that was killed goes on where it stopped.
+
+    Parameters
+    ----------
+    sections : sequence of Section
+    directory : Path
+        Where ``report.html``, ``figures``, ``data`` and the stored pieces go.
+    note : str
+        What to say of the run at the top of the report.
+    fresh : bool
+        Forget what was computed before.
+    jobs : int
+        Processes that compute.
+    console : rich.console.Console, optional
+        Where to show the progress; nowhere when left out.
+
+    Raises
+    ------
+    Interrupted
+        On Ctrl-C, or if one of several processes is killed; what was computed is kept.
+    """
+    if jobs < 1:
+        raise ParameterError(f"jobs is {jobs}; it must be at least 1")
+    store = Store(directory / STORE)
+    if fresh:
+        store.clear()
+    pieces = list({piece.name: piece for s in sections for piece in s.pieces()}.values())
+    missing = [piece for piece in pieces if not store.has(piece)]
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=24),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+    )
+    shown = console or Console(quiet=True)
+    with Progress(*columns, console=shown, transient=True) as progress:
+        task = progress.add_task("", total=len(pieces) + len(sections))
+        progress.update(task, completed=len(pieces) - len(missing))
+        try:
+            progress.update(task, description="computing (kernels are compiled once)")
+            with closing(compute(missing, store, jobs)) as computed:
+                for piece in computed:
+                    progress.update(task, advance=1, description=f"done: {piece.label or piece.name}")
+            data = {piece.name: store.load(piece) for piece in pieces}
+            parts, files = [], []
+            for section in sections:
+                progress.update(task, description=f"writing: {section.title}")
+                part, written = _part(section, data, directory)
+                parts.append(part)
+                files += written
+                progress.update(task, advance=1)
+        except (KeyboardInterrupt, BrokenProcessPool) as error:
+            done = sum(store.has(piece) for piece in pieces)
+            what = "interrupted" if isinstance(error, KeyboardInterrupt) else "a process was killed"
+            raise Interrupted(
+                f"{what} with {done} of {len(pieces)} computations done; they are kept in "
+                f"{store.directory}. Run the same command again, without --fresh, to go on"
+            ) from None
+    path = directory / "report.html"
+    _write(path, page(parts, note))
+    return Report(path, tuple(files), data, len(missing), len(pieces) - len(missing))
+
+
+def _part(section: Section, data: Data, directory: Path) -> tuple[Part, list[Path]]:
+    """Draw a section and write its figures and data."""
+    figures, tables = directory / "figures", directory / "data"
+    for folder in (figures, tables):
+        folder.mkdir(parents=True, exist_ok=True)
+    pictures, files = [], []
+    for drawing in section.draw(data):
+        path = figures / f"{drawing.name}.svg"
+        pictures.append(Picture(write_svg(drawing.figure, path), drawing.caption, drawing.group))
+        files.append(path)
+    numbers = [_csv(table, tables) for table in section.tables(data)]
+    named = tuple(f"data/{path.name}" for path in numbers)
+    shown = named if len(named) <= _LISTED else (named[0], "...", named[-1])
+    part = Part(section.key, section.title, section.text(data), tuple(pictures), shown)
+    return part, files + numbers
+
+
+def _csv(table: DataTable, directory: Path) -> Path:
+    path = directory / f"{table.name}.csv"
+    with path.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(table.header)
+        writer.writerows(table.rows)
+    return path
+
+
+def _write(path: Path, text: str) -> None:
+    """Write a file whole: a reader never sees a half."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_suffix(f".{os.getpid()}.part")
+    temporary.write_text(text, encoding="utf-8")
+    os.replace(temporary, path)

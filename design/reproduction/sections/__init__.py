@@ -1,0 +1,35 @@
+"""The sections of the report, in order. A new section is a subclass of ``Section`` and a line here."""
+
+from __future__ import annotations
+
+from design.reproduction.section import Section
+from design.reproduction.sections.adhesion import Adhesion
+from design.reproduction.sections.claims import Claims
+from design.reproduction.sections.critical_speeds import CriticalSpeeds
+from design.reproduction.sections.diagrams import Diagrams
+from design.reproduction.sections.limit_cycles import LimitCycles
+from design.reproduction.sections.map import Map
+from design.reproduction.sections.motions import Motions
+from design.reproduction.sections.spectra import Spectra
+from design.reproduction.sections.vehicles import Vehicles
+from design.reproduction.settings import Settings
+
+
+def first_page(settings: Settings) -> tuple[Section, ...]:
+    """Return the sections of the first page: the claims that take seconds, and the critical speeds."""
+    return (Claims(settings, whole=False), CriticalSpeeds(), Adhesion(settings, whole=False))
+
+
+def whole_report(settings: Settings) -> tuple[Section, ...]:
+    """Return all sections."""
+    return (
+        Claims(settings, whole=True),
+        CriticalSpeeds(),
+        Adhesion(settings, whole=True),
+        Motions(),
+        Diagrams(settings),
+        Spectra(),
+        LimitCycles(settings),
+        Map(settings),
+        Vehicles(),
+    )

@@ -1,0 +1,77 @@
+"""Where a vehicle never hunts, may hunt and must hunt, over the conicity of its wheels."""
+
+from __future__ import annotations
+
+import numpy as np
+from markupsafe import Markup
+
+from design.reproduction import pieces
+from design.reproduction.cases import CASES, Case
+from design.reproduction.document import fragment
+from design.reproduction.drawing import legend_below, panel, retitle, take_handles
+from design.reproduction.section import Data, DataTable, Drawing, Section
+from design.reproduction.settings import Settings
+from design.reproduction.store import Piece
+
+
+class Map(Section):
+    """Hopf point and fold against the conicity, for the coach."""
+
+    key = "map"
+    title = "Beyond the paper: worn wheels"
+
+    def __init__(self, settings: Settings) -> None:
+        self._settings = settings
+
+    def pieces(self) -> tuple[Piece, ...]:
+        """Return the map."""
+        return (pieces.chart(_coach(), self._settings),)
+
+    def text(self, data: Data) -> Markup:
+        """Return the table of the map."""
+        found = data[self.pieces()[0].name]
+        rows = [
+            (f"{value:.3f}", _speed(fold), _speed(hopf), note)
+            for value, fold, hopf, note in zip(
+                found.value, found.fold_speed, found.hopf_speed, found.notes, strict=True
+            )
+        ]
+        paragraphs = [
+            f"Wear makes wheels more conical. {_coach().title}, tangent track: below the fold it "
+            "never hunts, between "
+            "fold and Hopf point a large enough disturbance makes it hunt, above the Hopf point it "
+            "must.",
+        ]
+        return fragment(
+            "table.html",
+            paragraphs=paragraphs,
+            caption="Speeds in m/s.",
+            header=("conicity", "fold", "Hopf point", "remark"),
+            rows=rows,
+            words=0,
+        )
+
+    def draw(self, data: Data) -> tuple[Drawing, ...]:
+        """Draw the map."""
+        found = data[self.pieces()[0].name]
+        figure, ax = panel("", 4.2)
+        found.plot(ax)
+        retitle(ax, _coach().title)
+        legend_below(figure, take_handles(ax), 2)
+        caption = f"{_coach().title}, tangent track: where it hunts, over the conicity."
+        return (Drawing("map_conicity", figure, caption),)
+
+    def tables(self, data: Data) -> tuple[DataTable, ...]:
+        """Return the map."""
+        found = data[self.pieces()[0].name]
+        header = ("conicity", "fold_m_per_s", "hopf_m_per_s", "remark")
+        rows = list(zip(found.value, found.fold_speed, found.hopf_speed, found.notes, strict=True))
+        return (DataTable("map_conicity", header, rows),)
+
+
+def _coach() -> Case:
+    return next(c for c in CASES if c.vehicle.name == "HIGH_SPEED_COACH" and c.kind == "bogie")
+
+
+def _speed(value: float) -> str:
+    return "none" if np.isnan(value) else f"{value:.2f}"

@@ -1,0 +1,38 @@
+"""How finely the report is computed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Sizes of the computations that take long; all others are the same in every report.
+
+    Attributes
+    ----------
+    diagram_speeds : int
+        Speeds of each simulated bifurcation diagram.
+    diagram_duration : float
+        Time simulated at each of them, s.
+    branch_points : int
+        Most limit cycles of a branch.
+    branch_step : float
+        Longest step along it, in units of arclength.
+    chart_points : int
+        Values of the parameter of a map of hunting.
+    """
+
+    diagram_speeds: int
+    diagram_duration: float
+    branch_points: int
+    branch_step: float
+    chart_points: int
+
+
+FULL = Settings(
+    diagram_speeds=86, diagram_duration=20.0, branch_points=300, branch_step=0.12, chart_points=15
+)
+QUICK = Settings(
+    diagram_speeds=18, diagram_duration=12.0, branch_points=60, branch_step=0.4, chart_points=4
+)

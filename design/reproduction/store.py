@@ -1,0 +1,140 @@
+"""Finished computations on disk: each one file, written whole, named by what it depends on."""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import json
+import marshal
+import os
+import sys
+import zipfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import railenv
+from design.reproduction import codec
+
+_TREE = "tree"
+_ROOT = Path(__file__).resolve().parent.parent.parent
+_CODE = ("railenv/*.py", "railenv/equations/*.py", "railenv/kernels/*.py", "design/*.py")
+"""What every computation may depend on; the module of its own function is added to it."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A computation that is done once and kept.
+
+    Attributes
+    ----------
+    name : str
+        Names the piece among all of a report, and its file.
+    function : callable
+        Called with ``inputs`` as keywords. It depends on them and on nothing else, and returns plain
+        data or results of :mod:`design` (see :mod:`design.reproduction.codec`).
+    inputs : mapping of str to object
+    label : str
+        What the progress bar says; the name when left out.
+    """
+
+    name: str
+    function: Callable[..., Any]
+    inputs: Mapping[str, Any] = field(default_factory=dict)
+    label: str = ""
+
+    @cached_property
+    def key(self) -> str:
+        """Hash of all that the result depends on.
+
+        These are the inputs, the package's version and code, and the module of the function.
+        """
+        tree, arrays = codec.encode(dict(self.inputs))
+        inputs = json.dumps([tree, [array.tolist() for array in arrays]], sort_keys=True)
+        parts = (
+            self.name,
+            self.function.__qualname__,
+            _source(self.function),
+            railenv.__version__,
+            _fingerprint(),
+            inputs,
+        )
+        return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:16]
+
+
+@lru_cache
+def _source(function: Callable[..., Any]) -> str:
+    """Return the text of a function's module as it was when first asked for; typed in, its own code."""
+    try:
+        return inspect.getsource(sys.modules[function.__module__])
+    except (OSError, TypeError):
+        return marshal.dumps(function.__code__).hex()
+
+
+@lru_cache(maxsize=1)
+def _fingerprint() -> str:
+    """Return a hash of the code that computes: equations, kernels, analysis."""
+    digest = hashlib.sha256()
+    for path in sorted(p for pattern in _CODE for p in _ROOT.glob(pattern)):
+        digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()
+
+
+class Store:
+    """Keeps the results of pieces in a directory, which is made when first needed."""
+
+    def __init__(self, directory: Path) -> None:
+        self.directory = directory
+
+    def path(self, piece: Piece) -> Path:
+        """Return the file of a piece, whether or not it exists."""
+        return self.directory / f"{piece.name}-{piece.key}.npz"
+
+    def has(self, piece: Piece) -> bool:
+        """Tell whether a piece has been computed; a damaged file does not count."""
+        try:
+            with np.load(self.path(piece), allow_pickle=False) as archive:
+                return _TREE in archive.files
+        except (OSError, EOFError, ValueError, zipfile.BadZipFile):
+            return False
+
+    def load(self, piece: Piece) -> Any:
+        """Return the stored result of a piece.
+
+        Raises
+        ------
+        FileNotFoundError
+            If it has not been computed.
+        """
+        with np.load(self.path(piece), allow_pickle=False) as archive:
+            tree = json.loads(bytes(archive[_TREE]))
+            arrays = [archive[f"a{i}"] for i in range(len(archive.files) - 1)]
+        return codec.decode(tree, arrays)
+
+    def save(self, piece: Piece, value: Any) -> None:
+        """Write the result of a piece; the file appears whole or not at all."""
+        tree, arrays = codec.encode(value)
+        text = np.frombuffer(json.dumps(tree).encode(), dtype=np.uint8)
+        named: dict[str, Any] = {_TREE: text, **{f"a{i}": a for i, a in enumerate(arrays)}}
+        self.directory.mkdir(parents=True, exist_ok=True)
+        target = self.path(piece)
+        temporary = target.with_suffix(f".{os.getpid()}.part")
+        try:
+            with temporary.open("wb") as stream:
+                np.savez_compressed(stream, **named)
+                stream.flush()
+                os.fsync(stream.fileno())
+            os.replace(temporary, target)
+        except BaseException:
+            temporary.unlink(missing_ok=True)
+            raise
+
+    def clear(self) -> None:
+        """Remove all stored results, and what a killed run left half written."""
+        for pattern in ("*.npz", "*.part"):
+            for path in self.directory.glob(pattern):
+                path.unlink()

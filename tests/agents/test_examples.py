@@ -1,0 +1,18 @@
+"""The examples of controllers run."""
+
+import dataclasses
+import math
+
+import agents
+from examples import compare_on_own_vehicle
+
+
+def test_controllers_are_compared_on_a_vehicle_from_a_file(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(compare_on_own_vehicle.MINE)
+    plan = dataclasses.replace(
+        agents.Plan.quick(), curves=((math.inf, 0.0),), ride_duration=1.0, delays=(), noises=()
+    )
+    passive, damper, lqr = compare_on_own_vehicle.compare(path, plan)
+    assert passive.vehicle == "WORN_COACH"
+    assert passive.linear < damper.linear < lqr.linear

@@ -1,0 +1,115 @@
+"""A report goes on where a run was stopped, is one file, and escapes what it is given."""
+
+import csv
+import signal
+import subprocess
+import sys
+from html.parser import HTMLParser
+
+import pytest
+
+from design.reproduction import Interrupted, Piece, Store, reproduce
+from railenv.errors import ParameterError
+from tests.design.reproduction.toy import EVIL, Squares, square
+
+
+class Reader(HTMLParser):
+    """Collects what a document loads, and its elements."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.loads, self.tags = [], []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        wanted = ("src", "srcset", "data", "poster", "action") + (("href",) if tag != "a" else ())
+        self.loads += [value for name, value in attrs if name in wanted]
+
+
+def logged(directory):
+    return (directory / "log").read_text().split()
+
+
+def test_run_that_was_killed_goes_on_without_loss(tmp_path):
+    command = [sys.executable, "-m", "tests.design.reproduction.toy", str(tmp_path)]
+    assert subprocess.run(command, check=False).returncode == -signal.SIGKILL
+    assert logged(tmp_path) == ["1", "2"]
+    report = reproduce([Squares(tmp_path / "log")], tmp_path / "report")
+    assert logged(tmp_path) == ["1", "2", "3"]
+    assert (report.kept, report.computed) == (2, 1)
+    assert "<p>14</p>" in report.path.read_text()
+
+
+def test_several_processes_store_what_they_computed_also_when_one_is_killed(tmp_path):
+    with pytest.raises(Interrupted, match=r"a process was killed.*to go on"):
+        reproduce([Squares(tmp_path / "log", "kill")], tmp_path / "report", jobs=2)
+    report = reproduce([Squares(tmp_path / "log")], tmp_path / "report", jobs=2)
+    assert report.computed >= 1
+    assert set(logged(tmp_path)) == {"1", "2", "3"}
+    assert "<p>14</p>" in report.path.read_text()
+
+
+@pytest.mark.parametrize("jobs", [0, -1])
+def test_number_of_processes_is_checked(tmp_path, jobs):
+    with pytest.raises(ParameterError, match="at least 1"):
+        reproduce([Squares(tmp_path / "log")], tmp_path / "report", jobs=jobs)
+
+
+def test_interrupt_keeps_what_is_done_and_says_how_to_go_on(tmp_path):
+    with pytest.raises(Interrupted, match=r"2 of 3 computations.*without --fresh"):
+        reproduce([Squares(tmp_path / "log", "interrupt")], tmp_path / "report")
+    assert not (tmp_path / "report" / "report.html").exists()
+    reproduce([Squares(tmp_path / "log")], tmp_path / "report")
+    assert logged(tmp_path) == ["1", "2", "3"]
+
+
+def test_fresh_computes_everything_again(tmp_path):
+    for fresh, runs in ((False, 1), (False, 1), (True, 2)):
+        reproduce([Squares(tmp_path / "log")], tmp_path / "report", fresh=fresh)
+        assert logged(tmp_path) == ["1", "2", "3"] * runs
+
+
+def test_report_loads_nothing_and_escapes_titles_captions_and_headings(tmp_path):
+    report = reproduce([Squares(tmp_path / "log")], tmp_path / "report", note=EVIL)
+    text = report.path.read_text()
+    document = Reader(text)
+    assert document.loads
+    assert all(value.startswith("data:image/svg+xml;base64,") for value in document.loads)
+    assert not {"script", "link", "iframe", "object"} & set(document.tags)
+    assert EVIL not in text
+    assert text.count("&lt;script&gt;") >= 4
+    assert "@import" not in text
+    assert "url(" not in text
+
+
+def test_figures_and_data_are_written_beside_the_report(tmp_path):
+    reproduce([Squares(tmp_path / "log")], tmp_path / "report")
+    assert (tmp_path / "report" / "figures" / "squares.svg").read_text().count("<svg") == 1
+    with (tmp_path / "report" / "data" / "squares.csv").open() as stream:
+        assert list(csv.reader(stream)) == [["number", "square"], ["1", "1"], ["2", "4"], ["3", "9"]]
+
+
+def test_a_report_is_the_same_to_the_byte_when_written_again(tmp_path):
+    first = reproduce([Squares(tmp_path / "log")], tmp_path / "report").path.read_bytes()
+    assert reproduce([Squares(tmp_path / "log")], tmp_path / "report").path.read_bytes() == first
+
+
+def test_key_of_a_piece_depends_on_its_inputs():
+    keys = {Piece("a", square, {"number": n, "log": ""}).key for n in (1, 1, 2)}
+    assert len(keys) == 2
+
+
+def test_damaged_file_is_computed_again(tmp_path):
+    store, piece = Store(tmp_path), Piece("a", square, {"number": 1, "log": ""})
+    store.save(piece, {"square": 1})
+    assert store.load(piece) == {"square": 1}
+    store.path(piece).write_bytes(store.path(piece).read_bytes()[:100])
+    assert not store.has(piece)
+
+
+def test_failed_write_leaves_nothing(tmp_path):
+    store, piece = Store(tmp_path), Piece("a", square, {"number": 1, "log": ""})
+    with pytest.raises(ValueError, match="cannot be stored"):
+        store.save(piece, {"what": object()})
+    assert not list(tmp_path.iterdir())
