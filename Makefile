@@ -35,6 +35,7 @@ docs: $(STAMP) ## regenerate the pages that are made from code and measurements
 	$(BIN)/python docs/make_validation.py
 	$(BIN)/python docs/make_diagram.py
 	$(BIN)/python docs/make_pictures.py
+	$(BIN)/python docs/make_recipes.py
 	$(BIN)/python -m examples.reward_of_idle_and_lqr
 	$(BIN)/python -m benchmarks.scaling docs/scaling.md
 	$(BIN)/python -m benchmarks.run --markdown docs/benchmarks.md

@@ -398,7 +398,14 @@ def _cooperrider_springs() -> list[str]:
         cooperrider.primary, WHEELSET, w.y, w.psi, FRAME.y, FRAME.psi, FRAME.phi, COOPERRIDER
     )
     secondary = traced(
-        cooperrider.secondary, FRAME.y, FRAME.psi, FRAME.phi, FRAME.dy, FRAME.dphi, COOPERRIDER
+        cooperrider.secondary,
+        FRAME.y,
+        FRAME.psi,
+        FRAME.phi,
+        FRAME.dy,
+        FRAME.dpsi,
+        FRAME.dphi,
+        COOPERRIDER,
     )
     flange = traced(cooperrider.flange_force, sympy.Symbol("y"), COOPERRIDER)
     return rows("A_{i} ; B_{i} ; A_{5} ; A_{6} ; A_{7} ; F_{T}(y)", [*primary, *secondary, flange])
@@ -428,7 +435,8 @@ def _cooperrider() -> list[str]:
         names |= names_of(creep, [sympy.Symbol(rf"\xi_{{{c}{i}}}") for c in "xy"])
         names[traced(cooperrider.creep_force, xi, p)] = sympy.Symbol(f"q_{{{i}}}")
         names[traced(cooperrider.flange_force, w.y, p)] = sympy.Symbol(f"F_{{T}}(y_{{{i}}})")
-    reaction = traced(cooperrider.secondary, FRAME.y, FRAME.psi, FRAME.phi, FRAME.dy, FRAME.dphi, p)
+    frame = (FRAME.y, FRAME.psi, FRAME.phi, FRAME.dy, FRAME.dpsi, FRAME.dphi)
+    reaction = traced(cooperrider.secondary, *frame, p)
     names |= names_of(reaction, [sympy.Symbol(f"A_{{{i}}}") for i in "567"])
     inertias = [p.wheelset_mass, p.wheelset_yaw_inertia] * 2
     inertias += [p.frame_mass, p.frame_yaw_inertia, p.frame_roll_inertia]

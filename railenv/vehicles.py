@@ -24,12 +24,21 @@ CREEP_COEFFICIENTS = ("lateral_creep", "lateral_spin_creep", "spin_creep", "long
 
 _TABLE = "Table 1"
 _BEYOND = "beyond the paper"
+_ADDED = "an addition to the benchmark, which has none"
 
 
-def quantity(symbol: str, unit: str, meaning: str, source: str = _TABLE, **bounds: float | bool) -> Any:
+def quantity(
+    symbol: str,
+    unit: str,
+    meaning: str,
+    source: str = _TABLE,
+    *,
+    default: Any = dataclasses.MISSING,
+    **bounds: float | bool,
+) -> Any:
     """Return a dataclass field that holds a physical quantity; bounds as in ``checks.number``."""
     metadata = {"symbol": symbol, "unit": unit, "meaning": meaning, "source": source}
-    return dataclasses.field(metadata={**metadata, "bounds": bounds})
+    return dataclasses.field(default=default, metadata={**metadata, "bounds": bounds})
 
 
 def _positive(
@@ -436,6 +445,7 @@ class CooperriderParameters(ParameterRecord):
     k6: float = _nonnegative("k_6", "N m/rad", "secondary yaw stiffness", "Cooperrider bogie")
     D1: float = _nonnegative("D_1", "N s/m", "secondary vertical damping", "Cooperrider bogie")
     D2: float = _nonnegative("D_2", "N s/m", "secondary lateral damping", "Cooperrider bogie")
+    yaw_damping: float = _nonnegative("D_6", "N m s/rad", "yaw damper", _ADDED, default=0.0)
     half_gauge: float = _positive("a", "m", "half the track gauge", "Cooperrider bogie")
     half_wheelbase: float = _positive("b", "m", "half the wheelbase", "Cooperrider bogie")
     d1: float = _nonnegative("d_1", "m", "arm of the primary springs", "Cooperrider bogie")

@@ -2,7 +2,8 @@
 
 Equations and numbers as in C. Kaas-Petersen, "Chaos in a railway bogie", Acta Mechanica 61 (1986),
 and H. True's later work; the wheelsets' yaw inertia, the suspension's names and the sign conventions
-are those of ``docs/physics.md``, section "Cooperrider bogie".
+are those of ``docs/physics.md``, section "Cooperrider bogie". The actuators' moments and the yaw
+damper, which is off by default, are additions.
 """
 
 from __future__ import annotations
@@ -57,12 +58,12 @@ def primary(
 
 
 def secondary(
-    yb: Scalar, psib: Scalar, phib: Scalar, dyb: Scalar, dphib: Scalar, p: Scalar
+    yb: Scalar, psib: Scalar, phib: Scalar, dyb: Scalar, dpsib: Scalar, dphib: Scalar, p: Scalar
 ) -> tuple[Scalar, Scalar, Scalar]:
     """Lateral force (N), yaw and roll moment (N m) that the frame gives; roll with the primary's."""
     return (
         2.0 * p.D2 * (dyb - p.h2 * dphib) + 2.0 * p.k4 * (yb - p.h2 * phib),
-        p.k6 * psib,
+        p.yaw_damping * dpsib + p.k6 * psib,
         2.0 * p.D1 * p.d2 * p.d2 * dphib
         + 2.0 * p.k5 * p.d2 * p.d2 * phib
         + 4.0 * p.k3 * p.d1 * p.d1 * phib,
@@ -79,7 +80,7 @@ def cooperrider_bogie(
 ) -> list[Scalar]:
     """Time derivative of the 14 states; ``p`` has the fields of CooperriderParameters."""
     y1, psi1, y2, psi2, yb, psib, phib = x[:7]
-    dy1, dpsi1, dy2, dpsi2, dyb, _, dphib = x[7:]
+    dy1, dpsi1, dy2, dpsi2, dyb, dpsib, dphib = x[7:]
     M_w1, M_w2, M_b = u
     accelerations: list[Scalar] = []
     lateral, yaw = [], []
@@ -98,7 +99,7 @@ def cooperrider_bogie(
         lateral.append(A)
         yaw.append(B)
     A1, A2 = lateral
-    A5, A6, A7 = secondary(yb, psib, phib, dyb, dphib, p)
+    A5, A6, A7 = secondary(yb, psib, phib, dyb, dpsib, dphib, p)
     accelerations += [
         (A1 + A2 - A5) / p.frame_mass,
         (p.half_wheelbase * (A1 - A2) + yaw[0] + yaw[1] - A6 + M_b - M_w1 - M_w2) / p.frame_yaw_inertia,
