@@ -49,15 +49,21 @@ class Lessons:
         Weight of their mean return, against that of all.
     effort : float
         Weight of the mean squared moment (share of the limit) in the return.
+    roughness : float
+        Factor on the irregularity (ERRI B176, low) of the tracks that are rough, those of speeds up to
+        ``rough_up_to`` (m/s).
+    rough_up_to : float
     """
 
     conicities: tuple[float, ...] = (0.05, 0.15, 0.25, 0.33, 0.4)
-    speeds: tuple[float, ...] = (30.0, 70.0, 110.0, 140.0, 155.0, 162.0, 169.0, 176.0)
+    speeds: tuple[float, ...] = (30.0, 60.0, 85.0, 115.0, 140.0, 156.0, 163.0, 170.0, 177.0)
     offset: float = 4e-3
     duration: float = 5.0
     worst: float = 0.3
-    emphasis: float = 0.7
-    effort: float = 0.3
+    emphasis: float = 0.6
+    effort: float = 0.5
+    roughness: float = 0.5
+    rough_up_to: float = 90.0
 
     def __post_init__(self) -> None:
         checks.number("duration", self.duration, low=0.0, open_low=True, unit="s")
@@ -67,7 +73,12 @@ class Lessons:
     def cases(self) -> list[Case]:
         """Return the episodes."""
         return [
-            Case(speed, offset=self.offset, vehicle={"conicity": conicity})
+            Case(
+                speed,
+                offset=self.offset,
+                vehicle={"conicity": conicity},
+                roughness=self.roughness if speed <= self.rough_up_to else 0.0,
+            )
             for conicity in self.conicities
             for speed in self.speeds
         ]
@@ -143,10 +154,11 @@ def search_policy(
 ) -> Searched:
     """Search a policy on top of a base controller by the returns of its episodes.
 
-    The policy is linear in the features of its memory and odd, so it commands nothing at rest. It
-    starts as the base alone. The search moves a normal distribution of weights towards the better
-    episodes; every few generations its mean is linearised, and the mean with the highest robust
-    critical speed over the conicities of the lessons is what comes out.
+    The policy is linear in the features of its memory and odd, and steady readings cancel in it, so it
+    adds nothing at rest, be it on a curve. It starts as the base alone. The search moves a normal
+    distribution of weights towards the better episodes. Every few generations, and at the end, its
+    mean is linearised; the mean with the highest robust critical speed over the conicities of the
+    lessons is what comes out.
 
     Parameters
     ----------
@@ -197,7 +209,7 @@ def search_policy(
                 strategy.tell(candidates, (-scores).tolist())
                 means.append(float(scores.mean()))
                 bests.append(max([*bests[-1:], float(scores.max())]))
-                if (turn + 1) % judge_every == 0:
+                if (turn + 1) % judge_every == 0 or turn + 1 == generations:
                     centre = np.asarray(strategy.mean)
                     judged.append((turn + 1, search.robust(centre), centre))
     except KeyboardInterrupt:
@@ -218,6 +230,10 @@ def search_policy(
         np.array([(turn, speed) for turn, speed, _ in judged]),
         len(means) * population * len(todo.cases()),
     )
+
+
+def _track(seed: int) -> Track:
+    return Track("low", noise=True, seed=seed)
 
 
 class _Search:
@@ -243,6 +259,17 @@ class _Search:
         steady = [reading.name == "cant_deficiency" for reading in self.readings]
         used = self._signs < 0.0
         used[: len(steady)] &= ~np.array(steady)
+        # what a curve adds to a reading passes all its filters alike: together they must not see it
+        names = [*(reading.name for reading in self.readings), *inner.names]
+        self._groups = []
+        for i in inner.filtered:
+            reading = names[i]
+            own = [k for k, name in enumerate(names) if name.startswith(f"{reading} below")]
+            if own:  # the slowest filter takes out what the others have of a steady reading
+                self._groups.append((own[0], [i, *own[1:]]))
+                used[own[0]] = False
+            else:
+                used[i] = False
         self._used = np.flatnonzero(used)
         self._scale = np.ones(len(self._signs))
         self._scale = self._usual()
@@ -255,6 +282,8 @@ class _Search:
     def _gains(self, weights: Array) -> Array:
         gains = np.zeros((len(weights), len(self._signs)))
         gains[:, self._used] = weights / self._scale[self._used]
+        for slowest, others in self._groups:
+            gains[:, slowest] = -gains[:, others].sum(axis=1)
         return gains / self.authority
 
     def policy(self, weights: Array, about: Mapping[str, Any]) -> LearnedPolicy:
@@ -285,7 +314,7 @@ class _Search:
         """Return the size (rms) that every input has under the base."""
         controller = _Population(self.policy(np.zeros(self.dimension), {}), self._gains(
             np.zeros((1, self.dimension))))  # fmt: skip
-        rollout = Rollout(self.model, controller, self.cases, Track(noise=True))
+        rollout = Rollout(self.model, controller, self.cases, _track(0))
         total = np.zeros(len(self._signs))
         steps = round(1.0 / self.period)
         for _ in range(steps):
@@ -297,9 +326,7 @@ class _Search:
         """Return the score of every candidate: mean return and that of the worst episodes."""
         frame = self.policy(np.zeros(self.dimension), {})
         controller = _Population(frame, self._gains(candidates))
-        rollout = Rollout(
-            self.model, controller, self.cases * len(candidates), Track(noise=True, seed=seed)
-        )
+        rollout = Rollout(self.model, controller, self.cases * len(candidates), _track(seed))
         steps = round(self.lessons.duration / self.period)
         total = np.zeros(len(rollout.cases))
         for _ in range(steps):

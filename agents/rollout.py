@@ -38,6 +38,8 @@ class Case:
         m, lateral, of all bodies at the start.
     vehicle : mapping of str to float
         Changes of the vehicle (:meth:`railenv.Vehicle.replace`).
+    roughness : float
+        Factor on the track's irregularity, if it has any.
     """
 
     speed: float
@@ -45,6 +47,7 @@ class Case:
     cant: float = 0.0
     offset: float = 0.0
     vehicle: Mapping[str, float] = field(default_factory=dict)
+    roughness: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -223,7 +226,9 @@ def _episode(settings: Settings, case: Case, track: Track, i: int) -> Episode:
         plan=(-2.0, -1.0, _EVER, 2.0 * _EVER),
         vehicle=vehicle,
         creep_factor=float(case.vehicle.get("creep_factor", 1.0)),
-        irregularity_factor=0.0 if track.irregularity is None else 1.0,
+        irregularity_factor=0.0
+        if track.irregularity is None
+        else checks.number("roughness", case.roughness, low=0.0),
         line_offset=float(rng.uniform(0.0, 1e4)),
         offset=checks.number("offset of a case", case.offset, low=-0.02, high=0.02, unit="m"),
         biases=rng.standard_normal(4),

@@ -7,7 +7,7 @@ import agents
 import design
 import railenv
 from agents.memory import MemorySettings
-from agents.policy_search import Lessons, search_policy
+from agents.policy_search import Lessons, _Search, search_policy
 
 pytest.importorskip("cma", reason="needs the extra rl")
 
@@ -51,10 +51,17 @@ def test_without_generations_the_policy_is_its_base(coach):
     assert found.robust[0, 0] == 0
 
 
-def test_policy_commands_nothing_at_rest_on_a_curve_beyond_its_base(coach):
-    policy = search(coach).policy
-    assert policy.network.weights[0][0, 3] == 0.0  # cant deficiency
-    assert policy.readings[3].name == "cant_deficiency"
+def test_policy_adds_nothing_to_its_base_at_rest_on_a_curve(coach):
+    base = agents.YawRateFeedback.design(coach, gain=5e4)
+    inner = _Search(coach, base, SHORT, MemorySettings(corners=(0.3, 1.0)), 0.5, 0.005)
+    weights = 0.01 * np.random.default_rng(0).normal(size=inner.dimension)
+    policy = inner.policy(weights, {})
+    assert np.abs(policy.network.weights[0]).max() > 1e-3
+    at = {"speed": 80.0, "radius": 8000.0, "cant": 0.05}
+    learned = design.closed_loop(coach, policy, **at)
+    alone = design.closed_loop(coach, base, **at)
+    assert learned.commands[0] == pytest.approx(alone.commands[0], abs=1e-3)
+    np.testing.assert_allclose(learned.state[:24], alone.state[:24], atol=1e-9)
 
 
 def test_impossible_lessons_are_refused():
