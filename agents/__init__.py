@@ -18,6 +18,7 @@ from agents.lqr import LQR
 from agents.nonlinear import Place, disturbed_critical_speed, ramp_down
 from agents.output_feedback import Filters, OutputFeedback
 from agents.passive import Passive
+from agents.policy_search import Lessons, Searched, search_policy
 from agents.rollout import Case, Motion, Rollout
 from agents.scheduled import Law, ScheduledController
 from agents.shipped import shipped, shipped_names
@@ -38,6 +39,7 @@ __all__ = [
     "Goal",
     "Law",
     "LearnedPolicy",
+    "Lessons",
     "Motion",
     "OutputFeedback",
     "Passive",
@@ -45,6 +47,7 @@ __all__ = [
     "Plan",
     "Rollout",
     "ScheduledController",
+    "Searched",
     "Training",
     "YawRateFeedback",
     "disturbed_critical_speed",
@@ -56,6 +59,7 @@ __all__ = [
     "ramp_down",
     "resume",
     "save_evaluations",
+    "search_policy",
     "shipped",
     "shipped_names",
     "simulated_critical_speed",

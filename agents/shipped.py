@@ -13,6 +13,7 @@ from agents.controller import Controller
 from agents.load import load
 from agents.lqr import LQR
 from agents.passive import Passive
+from agents.policy_search import search_policy
 from agents.scheduled import ScheduledController
 from agents.tuning import tune_lqg, tune_yaw_rate
 from agents.tuning_gradient import tune_output_feedback
@@ -22,7 +23,15 @@ from railenv import HIGH_SPEED_COACH, Bogie, Equipped, checks
 SCHEDULE = tuple(float(v) for v in range(20, 241, 20))
 """m/s, between which scheduled regulators are linear."""
 
-Design = Callable[[Equipped], ScheduledController]
+Design = Callable[[Equipped], Controller]
+
+
+def _learned(model: Equipped) -> Controller:
+    """Search a policy on top of the shipped output feedback."""
+    base = shipped("output-feedback")
+    assert isinstance(base, ScheduledController)
+    return search_policy(model, base, generations=80, judge_every=4, progress=True).policy
+
 
 DESIGNS: Mapping[str, Design] = {
     "passive": Passive.design,
@@ -31,9 +40,10 @@ DESIGNS: Mapping[str, Design] = {
     "lqg-scheduled": lambda model: tune_lqg(model, speeds=SCHEDULE),
     "output-feedback": lambda model: tune_output_feedback(model).controller,
     "lqr": lambda model: LQR.design(model, speed=160.0),
+    "learned": _learned,
     "lqr-scheduled": lambda model: LQR.design(model, speeds=SCHEDULE, weights=Weights()),
 }
-"""How each of the classical ones is designed and tuned."""
+"""How each is designed, tuned or learned; the learned one has the shipped output feedback below it."""
 
 
 def coach() -> Equipped:
