@@ -4,7 +4,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
-CONTROLLERS := passive yaw-rate lqg lqg-scheduled output-feedback lqr lqr-scheduled learned
+CONTROLLERS := passive yaw-rate lqg lqg-scheduled output-feedback lqr lqr-scheduled
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
@@ -47,7 +47,7 @@ site: $(STAMP) ## build the documentation as a site in site/
 kernels: $(STAMP) ## regenerate railenv/kernels from railenv/equations
 	$(BIN)/python -m railenv.kernels.generate
 
-controllers: $(STAMP) ## design, tune and learn the shipped controllers again (some minutes)
+controllers: $(STAMP) ## design and tune the shipped controllers again (some minutes)
 	for kind in $(CONTROLLERS); do $(BIN)/railenv tune $$kind --out agents/data/$$kind.npz; done
 
 bench: $(STAMP) ## run the benchmarks
