@@ -157,6 +157,22 @@ def test_shipped_controllers_are_there_and_for_the_coach(coach, name):
         assert found.loss == "none" or found.speed > 130.0
 
 
+@pytest.mark.parametrize("name", [n for n in agents.shipped_names() if n != "passive"])
+def test_linear_critical_speeds_of_shipped_controllers_are_the_environments(coach, name):
+    controller = agents.shipped(name)
+    looked_at = 0
+    for conicity in (0.05, 0.4):
+        model = coach.replace(conicity=conicity)
+        found = design.critical_speed(model, controller=controller, speed_range=(20.0, 400.0))
+        if found.loss == "hunting":
+            simulated = agents.simulated_critical_speed(
+                coach, controller, found.speed, vehicle={"conicity": conicity}, width=0.02
+            )
+            assert simulated == pytest.approx(found.speed, rel=5e-3)
+            looked_at += 1
+    assert looked_at
+
+
 def test_the_best_shipped_controller_from_sensors_meets_its_claims(coach):
     best = agents.shipped("output-feedback")
     robust = design.robust_critical_speed(coach, best, {"conicity": (0.05, 0.4)}, samples=8)
