@@ -103,16 +103,8 @@ def read(path: str | PathLike[str], kind: str | None = None) -> ControllerFile:
         schema, found = header.pop("schema"), header.pop("kind")
     except FileNotFoundError:
         raise
-    except (
-        OSError,
-        ValueError,
-        KeyError,
-        EOFError,
-        AttributeError,
-        TypeError,
-        zipfile.BadZipFile,
-    ) as e:
-        raise ParameterError(f"{path} is not a controller's file, or is damaged: {e}") from None
+    except _DAMAGE as error:
+        raise ParameterError(f"{path} is not a controller's file, or is damaged: {error}") from None
     if schema != SCHEMA:
         raise ParameterError(f"{path} has the layout {schema!r}; this version reads {SCHEMA!r}")
     if kind is not None:

@@ -162,6 +162,17 @@ def _print_json(data: object) -> None:
     print(json.dumps(data, indent=2, allow_nan=False))
 
 
+def _report(found: Any, plot: Path | None, as_json: bool) -> None:
+    """Print what a command found, as text or as JSON, and draw it."""
+    if as_json:
+        _print_json(found.summary)
+    else:
+        for part in found.shown:
+            out.print(part, highlight=False)
+    if plot:
+        _save(found.draw(), plot)
+
+
 def _save(drawn: Any, path: Path) -> None:
     drawn.figure.savefig(path)
     out.print(f"wrote {path}", highlight=False)
@@ -329,13 +340,7 @@ def locus(
         locus, found = command.parameter_locus(
             loop, parameter, (first, last), points, speed, radius, cant
         )
-    if as_json:
-        _print_json(found.summary)
-    else:
-        for part in found.shown:
-            out.print(part, highlight=False)
-    if plot:
-        _save(found.draw(), plot)
+    _report(found, plot, as_json)
     if damping_plot:
         _save(locus.plot_damping(), damping_plot)
 
@@ -365,13 +370,7 @@ def margins(
         command.Choice(controller, yaw_rate_gain, washout, delay, period),
     )
     found = command.margins(loop, speed, radius, cant)
-    if as_json:
-        _print_json(found.summary)
-    else:
-        for part in found.shown:
-            out.print(part, highlight=False)
-    if plot:
-        _save(found.draw(), plot)
+    _report(found, plot, as_json)
 
 
 @app.command()
@@ -409,13 +408,7 @@ def bifurcation(
         found = command.hunting_map(built, chart, radius, cant, show)
     else:
         found = command.branch(built, radius, cant, (lowest, highest), points, state, simulated, show)
-    if as_json:
-        _print_json(found.summary)
-    else:
-        for part in found.shown:
-            out.print(part, highlight=False)
-    if plot:
-        _save(found.draw(), plot)
+    _report(found, plot, as_json)
 
 
 @app.command("map")
@@ -465,13 +458,7 @@ def stability_map(
         n_jobs=jobs,
         progress=not as_json and err.is_terminal,
     )
-    if as_json:
-        _print_json(found.summary)
-    else:
-        for part in found.shown:
-            out.print(part, highlight=False)
-    if plot:
-        _save(found.draw(), plot)
+    _report(found, plot, as_json)
 
 
 @app.command()
