@@ -243,7 +243,7 @@ class SampledDynamics:
 
     def _signals(self, state: Array, commands: Array, conditions: tuple[float, float, float]) -> Array:
         speed, curvature, cant = conditions
-        gravity = self.model.parameters.get("gravity", 9.81)
+        gravity = self.model.parameters.get("gravity", math.nan)  # read only where there is one
         known = (speed, curvature, cant, speed * speed * curvature / gravity - cant)
         values = self._selection @ np.concatenate([state, np.tile(commands, self._ages)])
         for row, name in enumerate(self.feedback.input_labels):

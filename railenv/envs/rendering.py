@@ -50,9 +50,6 @@ _SUPERSAMPLING = 2
 _TEXTS_KEPT = 512
 _FAR = 1e4
 
-CANT_BASE = 1.5
-"""m; the base over which cant is given in mm."""
-
 GROUND_SLOWDOWN = 20.0
 """The sleepers pass this many times slower than in reality, where they would blur."""
 
@@ -974,7 +971,8 @@ class Renderer:
     Examples
     --------
     >>> import numpy as np
-    >>> from railenv.envs.rendering import History, Renderer, Scene
+    >>> from railenv.envs.observation import CANT_BASE
+    from railenv.envs.rendering import History, Renderer, Scene
     >>> scene = Scene(
     ...     time=0.0,
     ...     speed=80.0,

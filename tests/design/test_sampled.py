@@ -163,6 +163,17 @@ def test_unknown_signals_and_commands_are_named(coach):
         design.critical_speed(coach, period=0.01)
 
 
+def test_cant_deficiency_needs_a_model_with_gravity():
+    law = control.ss([], [], [], [[1.0]], 0.005, inputs=["cant_deficiency"], outputs=["M"])
+
+    def decay(x, u, speed, curvature, cant, p):
+        return [-x[0] + u[0]]
+
+    model = railenv.Model("decay", ["x"], ["M"], decay, {})
+    with pytest.raises(UnknownNameError, match="cant_deficiency"):
+        design.closed_loop(model, law, speed=10.0)
+
+
 def test_any_model_can_be_closed_with_named_signals():
     """A pendulum with sampled rate feedback, against the closed form of its map."""
 
