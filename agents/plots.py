@@ -181,6 +181,7 @@ def plot_closed_loop_diagram(
             ax.plot(x[quiet], left[quiet], color=STABLE, **plain)
             ax.plot(x[~quiet], left[~quiet], color=UNSTABLE, **plain)
             ax.plot([], [], color="#333333", label=f"from {1e3 * offset:g} mm off", **plain)
+        ax.set_ylim(-0.5, max(2.0, ax.get_ylim()[1]))
         ax.set_xlabel("speed (m/s)")
         ax.set_ylabel("amplitude of y_w1 after 12 s (mm)")
         ax.set_title("passive" if controller is None else controller.name)

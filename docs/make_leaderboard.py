@@ -50,7 +50,7 @@ def pictures(folder):
     }
     plots = {
         "leaderboard": plot_comparison(evaluations),
-        "closed_loop_diagram": plot_closed_loop_diagram(best, coach, np.linspace(100.0, 200.0, 41)),
+        "closed_loop_diagram": plot_closed_loop_diagram(best, coach, np.linspace(100.0, 280.0, 46)),
         "histories": plot_histories(some, coach, speed=130.0, duration=3.0),
         "growth": plot_damping(some, coach, np.linspace(20.0, 220.0, 81)),
     }

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from railenv import checks
+from railenv.envs.observation import CANT_BASE
 from railenv.errors import ParameterError
 
 if TYPE_CHECKING:
