@@ -56,16 +56,22 @@ def legend_below(figure: Figure, handles: Sequence[Any], columns: int = 2) -> No
         figure.legend(handles=list(handles), loc="outside lower left", ncols=columns, fontsize=8)
 
 
-def svg(figure: Figure) -> bytes:
-    """Return a figure as SVG that is the same in every run."""
-    stream = io.BytesIO()
+def write_figure(figure: Figure, folder: Path, name: str) -> tuple[bytes, tuple[Path, ...]]:
+    """Write a figure as SVG and PNG, the same in every run.
+
+    Returns
+    -------
+    bytes
+        The SVG.
+    tuple of Path
+        Both files.
+    """
+    stream, paths = io.BytesIO(), (folder / f"{name}.svg", folder / f"{name}.png")
     with style(), mpl.rc_context({"svg.hashsalt": "railenv"}):
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")  # laid out once, for both files
         figure.savefig(stream, format="svg", metadata={"Date": None})
-    return stream.getvalue()
-
-
-def write_svg(figure: Figure, path: Path) -> bytes:
-    """Write a figure and return its text."""
-    text = svg(figure)
-    path.write_bytes(text)
-    return text
+        figure.savefig(paths[1])
+    text = stream.getvalue()
+    paths[0].write_bytes(text)
+    return text, paths

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import os
 from collections.abc import Sequence
 from contextlib import closing
@@ -13,14 +12,11 @@ from joblib.externals.loky.process_executor import BrokenProcessPool
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from design.reproduction.document import Part, Picture, page
-from design.reproduction.drawing import write_svg
-from design.reproduction.section import Data, DataTable, Section
-from design.reproduction.store import Store
-from design.reproduction.workers import compute
+from design.reproduction.document import Part, page
+from design.reproduction.section import Data, Section
+from design.reproduction.store import Results, Store
+from design.reproduction.workers import compute, write
 from railenv.errors import ParameterError, RailenvError
-
-_LISTED = 3  # files are named one by one
 
 STORE = "pieces"
 """Folder of the stored computations, in the directory of the report."""
@@ -77,7 +73,7 @@ def reproduce(
     fresh : bool
         Forget what was computed before.
     jobs : int
-        Processes that compute.
+        Processes that compute, and then draw.
     console : rich.console.Console, optional
         Where to show the progress; nowhere when left out.
 
@@ -108,50 +104,25 @@ def reproduce(
             with closing(compute(missing, store, jobs)) as computed:
                 for piece in computed:
                     progress.update(task, advance=1, description=f"done: {piece.label or piece.name}")
-            data = {piece.name: store.load(piece) for piece in pieces}
-            parts, files = [], []
-            for section in sections:
-                progress.update(task, description=f"writing: {section.title}")
-                part, written = _part(section, data, directory)
-                parts.append(part)
-                files += written
-                progress.update(task, advance=1)
+            data = Results(store, pieces)
+            parts: list[Part] = []
+            files: list[Path] = []
+            progress.update(task, description="writing")
+            with closing(write(sections, data, directory, jobs)) as done:
+                for part, written in done:
+                    parts.append(part)
+                    files += written
+                    progress.update(task, advance=1, description=f"written: {part.title}")
         except (KeyboardInterrupt, BrokenProcessPool) as error:
-            done = sum(store.has(piece) for piece in pieces)
+            stored = sum(store.has(piece) for piece in pieces)
             what = "interrupted" if isinstance(error, KeyboardInterrupt) else "a process was killed"
             raise Interrupted(
-                f"{what} with {done} of {len(pieces)} computations done; they are kept in "
+                f"{what} with {stored} of {len(pieces)} computations done; they are kept in "
                 f"{store.directory}. Run the same command again, without --fresh, to go on"
             ) from None
     path = directory / "report.html"
     _write(path, page(parts, note))
     return Report(path, tuple(files), data, len(missing), len(pieces) - len(missing))
-
-
-def _part(section: Section, data: Data, directory: Path) -> tuple[Part, list[Path]]:
-    """Draw a section and write its figures and data."""
-    figures, tables = directory / "figures", directory / "data"
-    for folder in (figures, tables):
-        folder.mkdir(parents=True, exist_ok=True)
-    pictures, files = [], []
-    for drawing in section.draw(data):
-        path = figures / f"{drawing.name}.svg"
-        pictures.append(Picture(write_svg(drawing.figure, path), drawing.caption, drawing.group))
-        files.append(path)
-    numbers = [_csv(table, tables) for table in section.tables(data)]
-    named = tuple(f"data/{path.name}" for path in numbers)
-    shown = named if len(named) <= _LISTED else (named[0], "...", named[-1])
-    part = Part(section.key, section.title, section.text(data), tuple(pictures), shown)
-    return part, files + numbers
-
-
-def _csv(table: DataTable, directory: Path) -> Path:
-    path = directory / f"{table.name}.csv"
-    with path.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream)
-        writer.writerow(table.header)
-        writer.writerows(table.rows)
-    return path
 
 
 def _write(path: Path, text: str) -> None:

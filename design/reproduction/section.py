@@ -11,6 +11,7 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from design.reproduction.store import Piece
+from railenv.errors import ParameterError
 
 Data = Mapping[str, Any]
 """Results of pieces by the pieces' names."""
@@ -40,20 +41,48 @@ class Drawing:
 
 @dataclass(frozen=True)
 class DataTable:
-    """Numbers behind a section, written as CSV.
+    """Numbers behind a section, written as CSV and as JSON.
 
     Attributes
     ----------
     name : str
-        Name of its file, without ending.
+        Name of its files, without ending.
     header : tuple of str
-        With units.
+        Names of the columns, with units; no two are equal.
     rows : sequence of sequence
+        Numbers as numbers, not as text.
+
+    Raises
+    ------
+    ParameterError
+        If two columns have one name, or a row has not as many entries as there are columns.
     """
 
     name: str
     header: tuple[str, ...]
     rows: Sequence[Sequence[Any]]
+
+    def __post_init__(self) -> None:
+        if len(set(self.header)) < len(self.header):
+            raise ParameterError(
+                f"header of the table {self.name} is {self.header}; a name occurs twice"
+            )
+        for row in self.rows:
+            if len(row) != len(self.header):
+                raise ParameterError(
+                    f"a row of the table {self.name} has {len(row)} entries; it must have "
+                    f"{len(self.header)}"
+                )
+
+    @property
+    def columns(self) -> dict[str, list[Any]]:
+        """The table by columns."""
+        return {name: [row[i] for row in self.rows] for i, name in enumerate(self.header)}
+
+
+def significant(value: float, digits: int = 6) -> float:
+    """Return a number rounded to some significant digits, for tables with many numbers."""
+    return float(f"{value:.{digits}g}")
 
 
 class Section(ABC):
@@ -86,5 +115,5 @@ class Section(ABC):
         return ()
 
     def tables(self, data: Data) -> tuple[DataTable, ...]:
-        """Return the numbers to write as CSV."""
+        """Return the numbers to write as CSV and JSON."""
         return ()

@@ -9,7 +9,7 @@ import marshal
 import os
 import sys
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -19,6 +19,7 @@ import numpy as np
 
 import railenv
 from design.reproduction import codec
+from railenv.errors import ParameterError
 
 _TREE = "tree"
 _ROOT = Path(__file__).resolve().parent.parent.parent
@@ -40,18 +41,27 @@ class Piece:
     inputs : mapping of str to object
     label : str
         What the progress bar says; the name when left out.
+    code : tuple of str
+        Patterns of source files that the function uses beside its own module, ``railenv`` and
+        ``design``; from the folder that holds the packages, as ``agents/*.py``.
     """
 
     name: str
     function: Callable[..., Any]
     inputs: Mapping[str, Any] = field(default_factory=dict)
     label: str = ""
+    code: tuple[str, ...] = ()
 
     @cached_property
     def key(self) -> str:
         """Hash of all that the result depends on.
 
         These are the inputs, the package's version and code, and the module of the function.
+
+        Raises
+        ------
+        ParameterError
+            If an input cannot be stored, or a pattern of ``code`` matches no file.
         """
         tree, arrays = codec.encode(dict(self.inputs))
         inputs = json.dumps([tree, [array.tolist() for array in arrays]], sort_keys=True)
@@ -60,7 +70,7 @@ class Piece:
             self.function.__qualname__,
             _source(self.function),
             railenv.__version__,
-            _fingerprint(),
+            _fingerprint((*_CODE, *self.code)),
             inputs,
         )
         return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:16]
@@ -75,12 +85,16 @@ def _source(function: Callable[..., Any]) -> str:
         return marshal.dumps(function.__code__).hex()
 
 
-@lru_cache(maxsize=1)
-def _fingerprint() -> str:
+@lru_cache
+def _fingerprint(patterns: tuple[str, ...]) -> str:
     """Return a hash of the code that computes: equations, kernels, analysis."""
     digest = hashlib.sha256()
-    for path in sorted(p for pattern in _CODE for p in _ROOT.glob(pattern)):
-        digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    for pattern in patterns:
+        paths = sorted(_ROOT.glob(pattern))
+        if not paths:
+            raise ParameterError(f"code has the pattern {pattern!r}, which no file in {_ROOT} matches")
+        for path in paths:
+            digest.update(path.name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()
 
 
@@ -138,3 +152,26 @@ class Store:
         for pattern in ("*.npz", "*.part"):
             for path in self.directory.glob(pattern):
                 path.unlink()
+
+
+class Results(Mapping[str, Any]):
+    """Stored results of pieces by the pieces' names, each read when it is first asked for."""
+
+    def __init__(self, store: Store, pieces: Iterable[Piece]) -> None:
+        self._store = store
+        self._pieces = {piece.name: piece for piece in pieces}
+        self._read: dict[str, Any] = {}
+
+    def __getitem__(self, name: str) -> Any:
+        """Return a result."""
+        if name not in self._read:
+            self._read[name] = self._store.load(self._pieces[name])
+        return self._read[name]
+
+    def __iter__(self) -> Iterator[str]:
+        """Go through the names."""
+        return iter(self._pieces)
+
+    def __len__(self) -> int:
+        """Return the number of results."""
+        return len(self._pieces)

@@ -1,13 +1,17 @@
-"""Computes pieces in several processes; each stores what it computed."""
+"""Several processes: each stores what it computes, or writes sections."""
 
 from __future__ import annotations
 
 from collections.abc import Generator, Sequence
 from contextlib import closing
+from pathlib import Path
 
 import joblib
 
-from design.reproduction.store import Piece, Store
+from design.reproduction.document import Part
+from design.reproduction.output import write_part
+from design.reproduction.section import Section
+from design.reproduction.store import Piece, Results, Store
 
 
 def compute(pieces: Sequence[Piece], store: Store, jobs: int) -> Generator[Piece, None, None]:
@@ -22,6 +26,26 @@ def compute(pieces: Sequence[Piece], store: Store, jobs: int) -> Generator[Piece
     """
     tasks = (joblib.delayed(_stored)(piece, store) for piece in _spread(pieces))
     parallel = joblib.Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)
+    with closing(parallel(tasks)) as done:
+        yield from done
+
+
+def write(
+    sections: Sequence[Section], results: Results, directory: Path, jobs: int
+) -> Generator[tuple[Part, list[Path]], None, None]:
+    """Write sections into a directory; yields each with its files when it is done, in order.
+
+    Parameters
+    ----------
+    sections : sequence of Section
+    results : Results
+        Of all pieces; each process reads what it needs.
+    directory : Path
+    jobs : int
+        Number of processes; 1 writes in this one.
+    """
+    tasks = (joblib.delayed(write_part)(section, results, directory) for section in sections)
+    parallel = joblib.Parallel(n_jobs=jobs, return_as="generator", batch_size=1)
     with closing(parallel(tasks)) as done:
         yield from done
 

@@ -14,7 +14,7 @@ from design.reproduction.claims import cases_of
 from design.reproduction.claims_of_motions import describe
 from design.reproduction.document import fragment
 from design.reproduction.drawing import panel, retitle
-from design.reproduction.section import Data, DataTable, Drawing, Section
+from design.reproduction.section import Data, DataTable, Drawing, Section, significant
 from design.reproduction.store import Piece
 
 _BODY: dict[ModelName, str] = {"bogie": "b", "dual_wheelset": "w1"}
@@ -71,7 +71,7 @@ class Motions(Section):
             response = _found(data, case, speed)["response"]
             header = ("time_s", *response.output_labels)
             rows = [
-                (f"{t:.3f}", *(f"{v:.6g}" for v in row))
+                tuple(significant(float(v)) for v in (t, *row))
                 for t, row in zip(response.time, response.outputs.T, strict=True)
             ]
             tables.append(DataTable(f"motion_{case.key}_{speed:g}", header, rows))

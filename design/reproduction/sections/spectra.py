@@ -11,7 +11,7 @@ from design.reproduction import paper, pieces
 from design.reproduction.cases import CASES, MODEL_COLORS, MODEL_TITLES, VEHICLES, Case
 from design.reproduction.document import fragment
 from design.reproduction.drawing import legend_inside, panel, retitle
-from design.reproduction.section import Data, DataTable, Drawing, Section
+from design.reproduction.section import Data, DataTable, Drawing, Section, significant
 from design.reproduction.store import Piece
 from railenv.vehicles import Vehicle
 
@@ -82,7 +82,7 @@ class Spectra(Section):
                     continue
                 s = found["spectrum"]
                 rows = [
-                    (f"{f:.5g}", f"{d:.6g}")
+                    (significant(float(f)), significant(float(d)))
                     for f, d in zip(s.frequency, s.density, strict=True)
                     if f < 20.0
                 ]

@@ -37,7 +37,11 @@ class Vehicles(Section):
 
     def tables(self, data: Data) -> tuple[DataTable, ...]:
         """Return the table."""
-        return (DataTable("table_1", _HEADER, [_row(field) for field in _fields()]),)
+        rows = [
+            (f.symbol or f.name, f.unit, *(getattr(v, f.name) for v in VEHICLES), f.meaning, f.source)
+            for f in _fields()
+        ]
+        return (DataTable("table_1", _HEADER, rows),)
 
 
 def _fields() -> list[FieldDescription]:

@@ -1,14 +1,20 @@
 """A report goes on where a run was stopped, is one file, and escapes what it is given."""
 
 import csv
+import json
+import math
 import signal
 import subprocess
 import sys
 from html.parser import HTMLParser
 
+import numpy as np
 import pytest
 
-from design.reproduction import Interrupted, Piece, Store, reproduce
+from design.reproduction import DataTable, Interrupted, Piece, Store, reproduce
+from design.reproduction import store as store_module
+from design.reproduction.output import write_json
+from design.reproduction.store import Results
 from railenv.errors import ParameterError
 from tests.design.reproduction.toy import EVIL, Squares, square
 
@@ -85,7 +91,11 @@ def test_report_loads_nothing_and_escapes_titles_captions_and_headings(tmp_path)
 
 def test_figures_and_data_are_written_beside_the_report(tmp_path):
     reproduce([Squares(tmp_path / "log")], tmp_path / "report")
-    assert (tmp_path / "report" / "figures" / "squares.svg").read_text().count("<svg") == 1
+    figures = tmp_path / "report" / "figures"
+    assert (figures / "squares.svg").read_text().count("<svg") == 1
+    assert (figures / "squares.png").read_bytes().startswith(b"\x89PNG")
+    columns = json.loads((tmp_path / "report" / "data" / "squares.json").read_text())
+    assert columns == {"number": [1, 2, 3], "square": [1, 4, 9]}
     with (tmp_path / "report" / "data" / "squares.csv").open() as stream:
         assert list(csv.reader(stream)) == [["number", "square"], ["1", "1"], ["2", "4"], ["3", "9"]]
 
@@ -95,9 +105,55 @@ def test_a_report_is_the_same_to_the_byte_when_written_again(tmp_path):
     assert reproduce([Squares(tmp_path / "log")], tmp_path / "report").path.read_bytes() == first
 
 
+def test_several_processes_write_the_same_report(tmp_path):
+    one, two = (
+        reproduce([Squares(tmp_path / "log"), Squares(tmp_path / "log")], tmp_path / f"{n}", jobs=n)
+        for n in (1, 2)
+    )
+    assert one.path.read_bytes() == two.path.read_bytes()
+    assert [p.name for p in one.files] == [p.name for p in two.files]
+
+
 def test_key_of_a_piece_depends_on_its_inputs():
     keys = {Piece("a", square, {"number": n, "log": ""}).key for n in (1, 1, 2)}
     assert len(keys) == 2
+
+
+def test_key_of_a_piece_depends_on_the_code_that_it_names(tmp_path, monkeypatch):
+    monkeypatch.setattr(store_module, "_ROOT", tmp_path)
+    monkeypatch.setattr(store_module, "_CODE", ())
+    keys = []
+    for text in ("x = 1", "x = 1", "x = 2"):
+        (tmp_path / "own.py").write_text(text)
+        store_module._fingerprint.cache_clear()
+        keys.append(Piece("a", square, {"number": 1, "log": ""}, code=("*.py",)).key)
+    store_module._fingerprint.cache_clear()
+    assert keys[0] == keys[1] != keys[2]
+    with pytest.raises(ParameterError, match=r"'\*\.txt', which no file"):
+        _ = Piece("a", square, {"number": 1, "log": ""}, code=("*.txt",)).key
+
+
+def test_results_are_read_when_asked_for(tmp_path):
+    store = Store(tmp_path)
+    pieces = [Piece(f"p{n}", square, {"number": n, "log": ""}) for n in (1, 2)]
+    results = Results(store, pieces)
+    store.save(pieces[1], {"square": 4})
+    assert (list(results), len(results), results["p2"]) == (["p1", "p2"], 2, {"square": 4})
+    with pytest.raises(FileNotFoundError):
+        results["p1"]
+
+
+def test_numbers_that_are_not_finite_are_null_in_json(tmp_path):
+    table = DataTable("a", ("x", "y"), [(1.5, math.inf), (np.float64(2.0), math.nan), (None, True)])
+    path = write_json(table, tmp_path)
+    assert json.loads(path.read_text()) == {"x": [1.5, 2.0, None], "y": [None, None, True]}
+
+
+def test_tables_that_no_file_could_hold_are_refused():
+    with pytest.raises(ParameterError, match="a name occurs twice"):
+        DataTable("a", ("x", "x"), [])
+    with pytest.raises(ParameterError, match="has 1 entries; it must have 2"):
+        DataTable("a", ("x", "y"), [(1, 2), (3,)])
 
 
 def test_damaged_file_is_computed_again(tmp_path):
