@@ -1,22 +1,45 @@
-"""Growth and decay of small motions in the environment: the check of every linear critical speed."""
+"""Growth and decay of small motions: linear, and in the environment, the check of the linear ones."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.controller import Controller
+import design
+from agents.controller import Controller, equipped
 from agents.rollout import Case, Rollout
-from railenv import Equipped
+from railenv import Bogie, DualWheelset, Equipped
 from railenv.errors import ParameterError
 
 Array = NDArray[np.float64]
 
 SMALL = 1e-6
 """m, the offset of all bodies from which motions grow or decay; far below the width of any kink."""
+
+
+def linear_growth_rates(
+    model: Bogie | DualWheelset | Equipped, controller: Any, speeds: Sequence[float]
+) -> Array:
+    """Return the growth rate (1/s) of the least stable mode of the linear closed loop at some speeds.
+
+    Parameters
+    ----------
+    model : Bogie, DualWheelset or Equipped
+    controller : design.Feedback or None
+        None is the vehicle alone.
+    speeds : sequence of float
+        m/s, on tangent track.
+
+    Returns
+    -------
+    ndarray, shape (n_speeds,)
+    """
+    locus = design.speed_locus(equipped(model), speeds, controller=controller)
+    return np.asarray(locus.loci.real.max(axis=1))
 
 
 def growth_rates(

@@ -39,15 +39,29 @@ def row(evaluation: Evaluation) -> list[str]:
     ]
 
 
-def markdown(evaluations: Sequence[Evaluation]) -> str:
-    """Return the leaderboard as a Markdown table, the best sensor-only robust speed first."""
-    ordered = sorted(
+def ordered(evaluations: Sequence[Evaluation]) -> list[Evaluation]:
+    """Return evaluations with the best first: those from sensors before those from the full state."""
+    return sorted(
         evaluations, key=lambda e: (e.observation != "sensors", -(e.robust or 0.0), e.controller)
     )
-    heads = columns(ordered[0])
+
+
+def push(speed: float | None, passive: float | None, highest: float) -> str:
+    """Return for a table how far a controller moves a critical speed (m/s) from the vehicle's own."""
+    if speed is None or passive is None:
+        return "failed"
+    if speed >= highest * (1.0 - 1e-9):
+        return f"> {highest - passive:+.0f}"
+    return f"{speed - passive:+.1f}"
+
+
+def markdown(evaluations: Sequence[Evaluation]) -> str:
+    """Return the leaderboard as a Markdown table, the best sensor-only robust speed first."""
+    rows = ordered(evaluations)
+    heads = columns(rows[0])
     lines = [
         "| " + " | ".join(heads) + " |",
         "|---|---|" + "---:|" * (len(heads) - 2),
-        *("| " + " | ".join(row(evaluation)) + " |" for evaluation in ordered),
+        *("| " + " | ".join(row(evaluation)) + " |" for evaluation in rows),
     ]
     return "\n".join(lines) + "\n"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import control
@@ -11,20 +11,33 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from agents.controller import Controller, equipped
-from agents.nonlinear import OFFSET, Place, amplitudes
+from agents.nonlinear import OFFSET
 from agents.rollout import Case, Rollout
-from design.plots import NEUTRAL, SERIES, STABLE, UNSTABLE, style
+from design.plots import NEUTRAL, SERIES, UNSTABLE, style
 from railenv import Bogie, DualWheelset, Equipped
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from numpy.typing import NDArray
 
-    from agents.evaluation import Evaluation
+    from agents.diagram import ClosedLoopDiagram
+    from agents.evaluation import CurveResult, Evaluation
 
 _READINGS = (
     ("linear", "linear (small motions)", SERIES[0]),
-    ("nonlinear", "nonlinear (9 mm offset, and ramp down)", SERIES[1]),
+    ("nonlinear", f"nonlinear ({1e3 * OFFSET:g} mm offset, and ramp down)", SERIES[1]),
 )
+_MARKERS = ("o", "s", "D")
+_INK = "#333333"
+
+_COLORS = (*SERIES, "#3f5aa8", "#b8577a", "#7a6a58", "#2f9e8f")
+"""Of controllers side by side."""
+
+
+def colors(names: Iterable[str]) -> dict[str, str]:
+    """Return a colour for each of some controllers: grey for the passive vehicle, others in turn."""
+    others = [name for name in names if name != "passive"]
+    return {"passive": NEUTRAL, **{n: _COLORS[k % len(_COLORS)] for k, n in enumerate(others)}}
 
 
 def _drawn(ax: Axes) -> control.ControlPlot:
@@ -49,20 +62,86 @@ def plot_evaluation(evaluation: Evaluation, ax: Axes | None = None) -> control.C
         return _drawn(ax)
 
 
-def plot_comparison(evaluations: Sequence[Evaluation], ax: Axes | None = None) -> control.ControlPlot:
-    """Draw linear, nonlinear and robust critical speeds of several controllers side by side."""
+def plot_comparison(
+    evaluations: Sequence[Evaluation], curve: int = 0, ax: Axes | None = None
+) -> control.ControlPlot:
+    """Draw how far several controllers move the critical speeds on a curve; dotted: without control.
+
+    Parameters
+    ----------
+    evaluations : sequence of Evaluation
+        From top to bottom; all of one plan.
+    curve : int
+        Which curve of the plan; the robust critical speed is only known on the first.
+    ax : Axes, optional
+    """
     with style():
         if ax is None:
-            ax = plt.subplots(figsize=(1.6 + 1.15 * len(evaluations), 4.4))[1]
-        top = evaluations[0].plan.speed_range[1]
-        low, high = evaluations[0].plan.conicity
-        rows = [*_READINGS, ("robust", f"robust (conicity {low:g} to {high:g})", SERIES[2])]
+            ax = plt.subplots(figsize=(6.8, 1.9 + 0.38 * len(evaluations)))[1]
+        plan = evaluations[0].plan
+        rows = list(_READINGS)
+        if curve == 0:
+            low, high = plan.conicity
+            rows.append(("robust", f"robust (conicity {low:g} to {high:g})", SERIES[2]))
+        place = evaluations[0].curves[curve]
+        seen: list[float | None] = [place.deficiency_limit]
         for k, (reading, label, color) in enumerate(rows):
-            values = [getattr(evaluation, reading) for evaluation in evaluations]
-            _bars(ax, values, 0.26, (k - 1) * 0.28, label, color, top)
-        names = [e.controller.replace(" ", "\n", 1) for e in evaluations]
-        _finish(ax, names, f"Critical speeds of {evaluations[0].vehicle}, tangent track", top)
+            values = {
+                e.controller: getattr(e if reading == "robust" else e.curves[curve], reading)
+                for e in evaluations
+            }
+            passive = values.get("passive")
+            if passive is not None:
+                ax.axvline(passive, color=color, lw=1.1, ls=":", zorder=1)
+            shift = 0.22 * (k - 0.5 * (len(rows) - 1))
+            _dots(ax, list(values.values()), shift, color, _MARKERS[k], plan.speed_range)
+            ax.plot([], [], ls="", marker=_MARKERS[k], color=color, ms=6, label=label)
+            seen += values.values()
+        low, high = plan.speed_range
+        top = max((v for v in seen if v is not None), default=high)
+        plain: dict[str, Any] = {"ls": "", "color": _INK, "ms": 6}
+        if None in seen[1:]:
+            ax.plot([], [], marker="x", mew=1.6, label=f"failed at {low:g} m/s already", **plain)
+        if top >= high * (1.0 - 1e-9):
+            ax.plot([], [], marker=">", mfc="white", label=f"beyond {high:g} m/s", **plain)
+        ax.plot([], [], ls=":", color=_INK, lw=1.1, label="without control")
+        if place.deficiency_limit is not None:
+            text = "cant deficiency 150 mm"
+            ax.axvline(place.deficiency_limit, color=UNSTABLE, lw=1.2, ls="--", label=text)
+        names = [e.controller + (" (state)" if e.observation == "state" else "") for e in evaluations]
+        ax.set_yticks(range(len(names)), names)
+        ax.set_ylim(len(names) - 0.5, -0.5)
+        ax.grid(axis="y", visible=False)
+        for k in range(1, len(names)):
+            ax.axhline(k - 0.5, color="#e3e6e8", lw=0.8, zorder=0)
+        ax.set_xlim(0.0, 1.05 * top)
+        ax.set_xlabel("critical speed (m/s)")
+        ax.set_title(f"{evaluations[0].vehicle}, {_where(place)}")
+        ax.legend(loc="upper center", bbox_to_anchor=(0.4, -0.18), ncols=2)
         return _drawn(ax)
+
+
+def _where(curve: CurveResult) -> str:
+    return "tangent track" if math.isinf(curve.radius) else f"{curve.name}, cant {curve.cant:g} rad"
+
+
+def _dots(
+    ax: Axes,
+    values: Sequence[float | None],
+    shift: float,
+    color: str,
+    marker: str,
+    speed_range: tuple[float, float],
+) -> None:
+    """Draw a reading of several controllers, one below the other."""
+    low, high = speed_range
+    for row, value in enumerate(values):
+        if value is None:
+            ax.plot(low, row + shift, "x", color=color, mew=1.6, ms=6)
+        elif value >= high * (1.0 - 1e-9):
+            ax.plot(high, row + shift, ">", color=color, mfc="white", mew=1.4, ms=6)
+        else:
+            ax.plot(value, row + shift, marker, color=color, ms=6)
 
 
 def _bars(
@@ -125,12 +204,13 @@ def plot_histories(
     """
     vehicle = equipped(model)
     moment = next(name for name in vehicle.state_names if name.startswith("T_"))
+    chosen = colors(controllers)
     with style():
         figure, (above, below) = plt.subplots(2, 1, figsize=(7.0, 5.0), sharex=True)
-        for k, (name, controller) in enumerate(controllers.items()):
+        for name, controller in controllers.items():
             rollout = Rollout(vehicle, controller, [Case(speed, radius, cant, offset)])
             motion = rollout.run(duration, ("y_w1", moment))
-            color = NEUTRAL if controller is None else SERIES[k % len(SERIES)]
+            color = chosen[name]
             above.plot(motion.time, 1e3 * motion["y_w1"][:, 0], color=color, label=name, lw=1.4)
             limited = np.clip(motion[moment][:, 0], -vehicle.actuator.limit, vehicle.actuator.limit)
             below.plot(motion.time, 1e-3 * limited, color=color, lw=1.2)
@@ -143,73 +223,50 @@ def plot_histories(
         return control.ControlPlot(np.array([*above.lines, *below.lines], dtype=object), axes, figure)
 
 
-def plot_closed_loop_diagram(
-    controller: Controller | None,
-    model: Bogie | DualWheelset | Equipped,
-    speeds: Sequence[float],
-    *,
-    radius: float = math.inf,
-    cant: float = 0.0,
-    offsets: Sequence[float] = (1e-4, 2e-3, OFFSET),
-    ax: Axes | None = None,
-) -> control.ControlPlot:
-    """Draw what lateral offsets of all bodies settle at, over speed: a simulated bifurcation diagram.
-
-    Parameters
-    ----------
-    controller : Controller or None
-    model : Bogie, DualWheelset or Equipped
-    speeds : sequence of float
-        m/s.
-    radius, cant : float
-        m, rad.
-    offsets : sequence of float
-        m, at the start.
-    ax : Axes, optional
-    """
-    vehicle = equipped(model)
+def plot_diagram(diagram: ClosedLoopDiagram, ax: Axes | None = None) -> control.ControlPlot:
+    """Draw what disturbances settle at, over speed: a simulated bifurcation diagram."""
     with style():
         if ax is None:
             ax = plt.subplots(figsize=(6.8, 4.2))[1]
-        for offset, marker in zip(offsets, "o^s", strict=False):
-            left = 1e3 * amplitudes(
-                vehicle, controller, Place(radius, cant), list(speeds), offset=offset, duration=12.0
-            )
-            quiet = left < 1.0
-            x = np.asarray(speeds)
-            plain: dict[str, Any] = {"ls": "", "marker": marker, "ms": 4.5, "mfc": "white"}
-            ax.plot(x[quiet], left[quiet], color=STABLE, **plain)
-            ax.plot(x[~quiet], left[~quiet], color=UNSTABLE, **plain)
-            ax.plot([], [], color="#333333", label=f"from {1e3 * offset:g} mm off", **plain)
+        for offset, left, marker in zip(diagram.offset, 1e3 * diagram.amplitude, "o^sDv", strict=False):
+            plain: dict[str, Any] = {"ls": "", "marker": marker, "ms": 4.0, "mfc": "white"}
+            known = np.isfinite(left)
+            label = f"from {1e3 * offset:g} mm off"
+            ax.plot(diagram.speed[known], left[known], color=_INK, label=label, **plain)
         ax.set_ylim(-0.5, max(2.0, ax.get_ylim()[1]))
         ax.set_xlabel("speed (m/s)")
-        ax.set_ylabel("amplitude of y_w1 after 12 s (mm)")
-        ax.set_title("passive" if controller is None else controller.name)
+        ax.set_ylabel(f"amplitude of y_w1 after {diagram.duration:g} s (mm)")
+        ax.set_title(diagram.controller)
         ax.legend(loc="upper left")
         return _drawn(ax)
 
 
-def plot_damping(
-    controllers: Mapping[str, Any],
-    model: Bogie | DualWheelset | Equipped,
+def plot_growth(
+    rates: Mapping[str, NDArray[np.float64]],
     speeds: Sequence[float],
     ax: Axes | None = None,
+    palette: Mapping[str, str] | None = None,
 ) -> control.ControlPlot:
-    """Draw the growth rate of the least stable mode over speed, with each of some controllers."""
-    import design
+    """Draw the growth rate of the least stable mode over speed, with each of some controllers.
 
-    vehicle = equipped(model)
+    Parameters
+    ----------
+    rates : mapping of str to ndarray
+        From :func:`agents.growth.linear_growth_rates`, by the controllers' names.
+    speeds : sequence of float
+        m/s.
+    ax : Axes, optional
+    palette : mapping of str to str, optional
+        Colours of the controllers, for several figures alike.
+    """
+    chosen = palette or colors(rates)
     with style():
         if ax is None:
             ax = plt.subplots(figsize=(6.8, 4.2))[1]
-        for k, (name, controller) in enumerate(controllers.items()):
-            locus = design.speed_locus(vehicle, speeds, controller=controller)
-            worst = locus.loci.real.max(axis=1)
-            color = NEUTRAL if controller is None else SERIES[k % len(SERIES)]
-            ax.plot(locus.speeds, worst, color=color, label=name)
-        ax.axhline(0.0, color="#333333", lw=1.0)
+        for name, rate in rates.items():
+            ax.plot(speeds, rate, color=chosen[name], label=name)
+        ax.axhline(0.0, color=_INK, lw=1.0)
         ax.set_xlabel("speed (m/s)")
         ax.set_ylabel("growth rate of the least stable mode (1/s)")
-        ax.set_title(vehicle.plant.vehicle.name)
         ax.legend(loc="best")
         return _drawn(ax)

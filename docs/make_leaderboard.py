@@ -13,7 +13,7 @@ import numpy as np
 
 import agents
 import railenv
-from agents.leaderboard import markdown
+from agents.leaderboard import markdown, ordered
 
 DOCS = Path(__file__).resolve().parent
 PAGES = (DOCS / "controllers.md", DOCS.parent / "README.md")
@@ -32,14 +32,11 @@ def table():
 
 def pictures(folder):
     """Draw the comparison and what it stands on."""
-    from agents.plots import (
-        plot_closed_loop_diagram,
-        plot_comparison,
-        plot_damping,
-        plot_histories,
-    )
+    from agents.diagram import closed_loop_diagram
+    from agents.growth import linear_growth_rates
+    from agents.plots import plot_comparison, plot_growth, plot_histories
 
-    evaluations = agents.load_evaluations(DOCS / "leaderboard.json")
+    evaluations = ordered(agents.load_evaluations(DOCS / "leaderboard.json"))
     coach = agents.equipped(railenv.Bogie(railenv.HIGH_SPEED_COACH))
     best = agents.shipped("output-feedback")
     some = {
@@ -48,11 +45,14 @@ def pictures(folder):
         "output-feedback": best,
         "lqr": agents.shipped("lqr"),
     }
+    diagram = closed_loop_diagram(best, coach, np.linspace(100.0, 280.0, 46), name="output-feedback")
+    speeds = np.linspace(20.0, 220.0, 81)
+    rates = {name: linear_growth_rates(coach, each, speeds) for name, each in some.items()}
     plots = {
         "leaderboard": plot_comparison(evaluations),
-        "closed_loop_diagram": plot_closed_loop_diagram(best, coach, np.linspace(100.0, 280.0, 46)),
+        "closed_loop_diagram": diagram.plot(),
         "histories": plot_histories(some, coach, speed=130.0, duration=3.0),
-        "growth": plot_damping(some, coach, np.linspace(20.0, 220.0, 81)),
+        "growth": plot_growth(rates, speeds),
     }
     for name, plot in plots.items():
         plot.figure.savefig(folder / f"{name}.png", bbox_inches="tight")

@@ -562,9 +562,10 @@ def evaluate(
     else:
         out.print(cli_evaluate.table(done))
     if plot:
+        from agents.leaderboard import ordered
         from agents.plots import plot_comparison
 
-        _save(plot_comparison(done), plot)
+        _save(plot_comparison(ordered(done)), plot)
 
 
 @app.command()

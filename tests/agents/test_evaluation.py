@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -123,29 +124,30 @@ def test_speeds_are_written_as_what_they_are():
 
 
 def test_plots_say_what_they_show(passive, coach, tmp_path):
-    from agents.plots import (
-        plot_closed_loop_diagram,
-        plot_comparison,
-        plot_damping,
-        plot_histories,
-    )
+    from agents.diagram import closed_loop_diagram
+    from agents.growth import linear_growth_rates
+    from agents.plots import plot_comparison, plot_growth, plot_histories
 
     damper = agents.YawRateFeedback.design(coach, gain=1e5)
-    both = {"passive": None, "damper": damper}
+    both, speeds = {"passive": None, "damper": damper}, [60.0, 100.0, 140.0]
+    rates = {name: linear_growth_rates(coach, each, speeds) for name, each in both.items()}
     drawn = {
         "bars": passive.plot(),
         "comparison": plot_comparison([passive]),
+        "curve": plot_comparison([passive], len(passive.curves) - 1),
         "histories": plot_histories(
             {"passive": None, "damper": damper}, coach, speed=120.0, duration=1.0
         ),
-        "diagram": plot_closed_loop_diagram(damper, coach, [80.0, 150.0]),
-        "damping": plot_damping(both, coach, [60.0, 100.0, 140.0]),
+        "diagram": closed_loop_diagram(damper, coach, [80.0, 150.0]).plot(),
+        "growth": plot_growth(rates, speeds),
     }
     for name, plot in drawn.items():
         figure = plot.figure
         figure.savefig(tmp_path / f"{name}.png")
         for ax in figure.axes:
-            assert ax.get_ylabel()
+            assert re.search(
+                r" \(.+\)$", ax.get_xlabel() if name in ("comparison", "curve") else ax.get_ylabel()
+            )
 
 
 @pytest.mark.parametrize("name", ["passive", "yaw-rate", "lqr", "lqg", "output-feedback"])
