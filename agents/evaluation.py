@@ -133,16 +133,15 @@ class CurveResult:
 
     @property
     def nonlinear(self) -> float | None:
-        """The lower of both readings of the nonlinear critical speed, m/s.
+        """The lower of both readings of the nonlinear critical speed, m/s, at most the linear one.
 
-        Where hunting cannot be established there is only the one from a disturbance. A loop that is
-        unstable at the lowest speed has failed, however small its oscillation stays.
+        Where hunting cannot be established there is only the one from a disturbance. Beyond the linear
+        critical speed nothing dies out in the end, however slowly it grows within a simulation. A loop
+        that is unstable at the lowest speed has failed, however small its oscillation stays.
         """
-        if self.linear is None:
-            return None
-        if not self.established:
-            return self.disturbed
-        return None if self.disturbed is None or self.ramp is None else min(self.disturbed, self.ramp)
+        readings = [self.linear, self.disturbed, *([self.ramp] if self.established else [])]
+        known = [speed for speed in readings if speed is not None]
+        return min(known) if len(known) == len(readings) else None
 
     @property
     def name(self) -> str:

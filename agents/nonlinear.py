@@ -31,6 +31,8 @@ QUIET = 1e-3
 _WINDOW = 1.0  # s over which an amplitude is read
 _COARSE, _FINE = 24, 12  # speeds side by side, first over the range, then where it changes
 _SETTLING = 6.0  # s
+_TOGETHER = 8  # speeds that are given longer side by side
+_PATIENCE = 20.0  # s, given to what has not died out by then: a slow decay is none the less a decay
 _RAMP, _FAST = 0.05, 1.0  # m/s^2
 _LAG = 8.0  # s, by which a quick ramp's reading is late at most
 _ESTABLISHING = 4.0  # s without control, in which hunting grows to its full size
@@ -97,16 +99,34 @@ def disturbed_critical_speed(
     low, high = _range(speed_range)
     speeds = np.geomspace(low, high, _COARSE)
     for count in (_FINE, _FINE):
-        left = amplitudes(model, controller, where, speeds.tolist(), offset=offset)
-        lasting = np.flatnonzero(~(left < QUIET))
-        if not len(lasting):
+        lasting = _first_lasting(model, controller, where, speeds.tolist(), offset)
+        if lasting is None:
             return float(speeds[-1])
-        if lasting[0] == 0:
+        if lasting == 0:
             return None
-        speeds = np.linspace(speeds[lasting[0] - 1], speeds[lasting[0]], count)
-    left = amplitudes(model, controller, where, speeds.tolist(), offset=offset)
-    lasting = np.flatnonzero(~(left < QUIET))
-    return float(speeds[max(int(lasting[0]) - 1, 0)] if len(lasting) else speeds[-1])
+        speeds = np.linspace(speeds[lasting - 1], speeds[lasting], count)
+    lasting = _first_lasting(model, controller, where, speeds.tolist(), offset)
+    return float(speeds[-1] if lasting is None else speeds[max(lasting - 1, 0)])
+
+
+def _first_lasting(
+    model: Equipped,
+    controller: Controller | None,
+    where: Place,
+    speeds: Sequence[float],
+    offset: float,
+) -> int | None:
+    """Return which of some speeds is the first at which an offset does not die out, in two rounds."""
+    left = amplitudes(model, controller, where, speeds, offset=offset)
+    doubtful = np.flatnonzero(~(left < QUIET))
+    for first in range(0, len(doubtful), _TOGETHER):
+        chosen = doubtful[first : first + _TOGETHER]
+        again = [speeds[k] for k in chosen]
+        longer = amplitudes(model, controller, where, again, offset=offset, duration=_PATIENCE)
+        lasting = chosen[~(longer < QUIET)]
+        if len(lasting):
+            return int(lasting[0])
+    return None
 
 
 @dataclass(frozen=True)

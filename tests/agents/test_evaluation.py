@@ -54,6 +54,23 @@ def test_an_offset_dies_out_below_the_fold_and_stays_above_the_hopf_point(coach)
     assert left[1] > 8e-3
 
 
+def test_an_offset_that_dies_out_slowly_dies_out(coach):
+    slow = agents.shipped("lqg")  # its estimate of offsets decays in some seconds
+    after = [amplitudes(coach, slow, agents.Place(), [20.0], duration=d)[0] for d in (6.0, 20.0)]
+    assert after[0] > 1e-3
+    assert after[1] < 1e-4
+    assert agents.disturbed_critical_speed(coach, slow, speed_range=(20.0, 60.0)) == 60.0
+
+
+def test_the_nonlinear_critical_speed_is_never_above_the_linear_one(passive):
+    one = passive.curves[0]
+    fast = dataclasses.replace(one, linear=100.0, disturbed=120.0, ramp=110.0)
+    assert fast.nonlinear == 100.0
+    assert dataclasses.replace(fast, established=False, ramp=None, linear=130.0).nonlinear == 120.0
+    assert dataclasses.replace(fast, ramp=None).nonlinear is None
+    assert dataclasses.replace(fast, linear=None).nonlinear is None
+
+
 def test_without_established_hunting_only_the_disturbance_counts(coach):
     lqr = agents.LQR.design(coach, speed=160.0)
     plan = dataclasses.replace(TINY, speed_range=(20.0, 150.0), noises=())
