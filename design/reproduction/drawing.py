@@ -18,6 +18,8 @@ PANEL = (4.6, 3.5)
 
 INK = "#333333"
 
+_HALF_A_LINE = 32  # characters of a legend that half the width of a panel holds
+
 
 def panel(title: str = "", height: float = PANEL[1]) -> tuple[Figure, Axes]:
     """Return an empty figure of the report's width with one pair of axes."""
@@ -26,12 +28,6 @@ def panel(title: str = "", height: float = PANEL[1]) -> tuple[Figure, Axes]:
         ax = figure.subplots()
     retitle(ax, title)
     return figure, ax
-
-
-def legend_inside(ax: Axes) -> None:
-    """Put a legend of the axes' labelled lines into a upper right corner."""
-    with style():
-        ax.legend(loc="upper right", fontsize=8)
 
 
 def retitle(ax: Axes, title: str) -> None:
@@ -50,8 +46,10 @@ def take_handles(ax: Axes) -> list[Any]:
     return list(handles)
 
 
-def legend_below(figure: Figure, handles: Sequence[Any], columns: int = 2) -> None:
-    """Put a legend below the axes, where it covers nothing."""
+def legend_below(figure: Figure, handles: Sequence[Any]) -> None:
+    """Put a legend below the axes, where it covers nothing, in as many columns as its texts allow."""
+    longest = max((len(line) for h in handles for line in str(h.get_label()).splitlines()), default=0)
+    columns = 2 if longest <= _HALF_A_LINE else 1
     with style():
         figure.legend(handles=list(handles), loc="outside lower left", ncols=columns, fontsize=8)
 

@@ -105,7 +105,7 @@ class Adhesion(Section):
         ax.set_ylabel("speed (m/s)")
         ax.set_xlim(0.0, None)
         ax.set_ylim(0.0, 190.0)
-        legend_below(figure, handles, 1)
+        legend_below(figure, handles)
         caption = f"Speed at which a curve uses up all adhesion of the {MODEL_TITLES[kind]}."
         return Drawing(
             f"adhesion_limit_{kind}", figure, caption, "Adhesion limit and the paper's speeds"

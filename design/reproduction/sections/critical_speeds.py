@@ -24,6 +24,9 @@ CAPTION = (
 )
 
 _DEFICIENCY = 0.150 / 1.5  # rad: 150 mm over the base of 1.5 m, what real lines allow
+_LOOKS: dict[str, dict[str, float]] = {
+    "TABLE_1_PRINTED_LOADS": {"markersize": 9.0, "linewidth": 4.0, "zorder": 1.5}
+}
 _TOP: dict[ModelName, float] = {"bogie": 150.0, "dual_wheelset": 430.0}
 
 
@@ -43,7 +46,7 @@ class CriticalSpeeds(Section):
         for case in CASES:
             found = data[pieces.critical_speeds(case).name]
             cells = [brief(found["tangent"]), *map(brief, found["listed"])]
-            rows.append([f"{case.vehicle.name} {case.kind}", *cells])
+            rows.append([case.title, *cells])
         return rows
 
     def text(self, data: Data) -> Markup:
@@ -94,7 +97,10 @@ def _figure(kind: ModelName, data: Data, part: str) -> Drawing:
     losses = set()
     for case in cases_of(kind):
         sweep = data[pieces.critical_speeds(case).name]["sweep"]
+        before = len(ax.lines)
         sweep.plot(ax, case.vehicle.name, VEHICLE_COLORS[case.vehicle.name])
+        for line in ax.lines[before:]:  # two vehicles nearly coincide: one shows around the other
+            line.set(**_LOOKS.get(case.vehicle.name, {}))
         losses |= {str(r.loss) for r in sweep.results}
     radii = np.geomspace(*paper.RADII, 60)
     gravity = VEHICLES[0].gravity

@@ -131,7 +131,7 @@ def _panel(
     ax.set_ylabel(f"{what} of y_w1 (mm)")
     ax.set_ylim(0.0, 2.0 * clearance)
     ax.set_xlim(0.0, None)
-    legend_below(figure, ax.get_legend_handles_labels()[0], 2)
+    legend_below(figure, ax.get_legend_handles_labels()[0])
     caption = (
         f"{name}. {case.title}: {what} of the leading wheelset at the end of simulations, "
         f"cant {paper.CANT} rad."

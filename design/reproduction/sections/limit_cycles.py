@@ -127,8 +127,8 @@ def _amplitude(case: Case, radius: float, branch: CycleBranch) -> Drawing:
     figure, ax = panel("", 4.2)
     branch.plot(ax=ax)
     retitle(ax, case.vehicle.name)
-    legend_below(figure, take_handles(ax), 2)
-    caption = f"{case.title}, {_track(radius)}: amplitude of limit cycles. {branch}."
+    legend_below(figure, take_handles(ax))
+    caption = f"{case.title}, {_track(radius)}: amplitude of limit cycles."
     file = f"limit_cycles_{_place(radius)}_{case.key}"
     return Drawing(file, figure, caption, _group("Amplitude", case, radius))
 
@@ -148,7 +148,7 @@ def _frequency(case: Case, radius: float, branch: CycleBranch) -> Drawing:
     ax.set_ylim(0.0, 1.2 * max(printed, float(np.max(branch.frequency))))
     ax.set_xlabel("speed (m/s)")
     ax.set_ylabel("frequency (Hz)")
-    legend_below(figure, ax.get_legend_handles_labels()[0], 2)
+    legend_below(figure, ax.get_legend_handles_labels()[0])
     caption = f"{case.title}, {_track(radius)}: frequency of limit cycles."
     file = f"limit_cycles_{_place(radius)}_{case.key}_frequency"
     return Drawing(file, figure, caption, _group("Frequency", case, radius))

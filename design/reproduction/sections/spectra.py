@@ -10,7 +10,7 @@ from design.plots import NEUTRAL
 from design.reproduction import paper, pieces
 from design.reproduction.cases import CASES, MODEL_COLORS, MODEL_TITLES, VEHICLES, Case
 from design.reproduction.document import fragment
-from design.reproduction.drawing import legend_inside, panel, retitle
+from design.reproduction.drawing import legend_below, panel, retitle, take_handles
 from design.reproduction.section import Data, DataTable, Drawing, Section, significant
 from design.reproduction.store import Piece
 from railenv.vehicles import Vehicle
@@ -112,7 +112,7 @@ def _cells(found: dict[str, Any] | None) -> tuple[str, str, str]:
 
 
 def _panel(figure: str, piece: Any, group: str, vehicle: Vehicle, data: Data) -> list[Drawing]:
-    drawn, ax = panel(vehicle.name)
+    drawn, ax = panel(vehicle.name, 4.1)
     peaks = []
     for case in CASES:
         found = data[piece(case).name] if case.vehicle is vehicle else None
@@ -127,12 +127,12 @@ def _panel(figure: str, piece: Any, group: str, vehicle: Vehicle, data: Data) ->
     for printed, kind in ((paper.BOGIE, "bogie"), (paper.DUAL_WHEELSET, "dual_wheelset")):
         value = printed.frequency_below if figure == "Fig 12" else printed.frequency
         ax.axvline(value, color=MODEL_COLORS[kind], lw=1.0, ls=":")
-    ax.plot([], [], ":", color=NEUTRAL, label="dotted: the paper's main frequencies")
+    ax.plot([], [], ":", color=NEUTRAL, label="the paper's main frequencies")
     ax.set_xlim(0.0, _HIGHEST)
-    ax.set_ylim(max(peaks) * 10.0**-_DECADES, 2e3 * max(peaks))
+    ax.set_ylim(max(peaks) * 10.0**-_DECADES, 5.0 * max(peaks))
     retitle(ax, vehicle.name)
     ax.set_ylabel("power spectral density of y_w1 (mm²/Hz)")
-    legend_inside(ax)
+    legend_below(drawn, take_handles(ax))
     caption = (
         f"{figure}. {vehicle.name}: power spectral density of the leading wheelset's displacement."
     )
