@@ -10,6 +10,7 @@ from importlib import resources
 from pathlib import Path
 
 from agents.controller import Controller
+from agents.learned import LearnedPolicy
 from agents.load import load
 from agents.lqr import LQR
 from agents.passive import Passive
@@ -57,7 +58,7 @@ def shipped_names() -> list[str]:
     return [*(n for n in DESIGNS if n in present), *sorted(present - set(DESIGNS))]
 
 
-def shipped(name: str) -> Controller:
+def shipped(name: str) -> ScheduledController | LearnedPolicy:
     """Return a shipped controller.
 
     Raises

@@ -586,7 +586,10 @@ def tune(
 def reproduce(
     directory: Annotated[Path, typer.Option("--out", help="Directory to write to.")] = Path("results"),
     quick: Annotated[
-        bool, typer.Option("--quick", help="Coarse bifurcation diagrams and limit cycles; two minutes.")
+        bool,
+        typer.Option(
+            "--quick", help="Coarse diagrams and limit cycles; controllers on one curve only."
+        ),
     ] = False,
     first_page: Annotated[
         bool,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -31,6 +32,8 @@ def run(
     import matplotlib as mpl
 
     mpl.use("Agg")
+    from agents.evaluation import Plan
+    from agents.reproduction import HopfPush
     from design.reproduction import FULL, QUICK, first_page, reproduce, whole_report
     from design.reproduction.sections.claims import Claims
     from design.reproduction.sections.critical_speeds import CriticalSpeeds
@@ -38,7 +41,11 @@ def run(
     if first and quick:
         raise ParameterError("--first-page and --quick are both given; the first page has one form")
     settings = QUICK if quick else FULL
-    sections = first_page(settings) if first else whole_report(settings)
+    if first:
+        sections = first_page(settings)
+    else:
+        plan = dataclasses.replace(Plan.quick(), delays=()) if quick else Plan()
+        sections = whole_report(settings, [HopfPush(settings, plan)])
     report = reproduce(
         sections,
         directory,
@@ -66,7 +73,10 @@ def _note(quick: bool, first: bool) -> str:
     if first:
         return "First page only; railenv reproduce computes the whole report."
     if quick:
-        return "Quick form: coarse diagrams and limit cycles; railenv reproduce computes fine ones."
+        return (
+            "Quick form: coarse diagrams and limit cycles, controllers on one curve only; railenv "
+            "reproduce computes the whole report."
+        )
     return "Whole report."
 
 

@@ -19,8 +19,8 @@ MODEL_TITLES = {"bogie": "bogie", "dual_wheelset": "dual wheelset"}
 PRINTED = {"bogie": paper.BOGIE, "dual_wheelset": paper.DUAL_WHEELSET}
 
 VEHICLE_COLORS = {
-    "TABLE_1": SERIES[0],
-    "TABLE_1_PRINTED_LOADS": "#74b3c8",
+    "TABLE_1": "#4a4ea3",
+    "TABLE_1_PRINTED_LOADS": "#9b9ed6",
     "HIGH_SPEED_COACH": SERIES[1],
 }
 MODEL_COLORS = {"bogie": SERIES[2], "dual_wheelset": SERIES[3]}
@@ -60,3 +60,6 @@ class Case:
 
 
 CASES = tuple(Case(kind, vehicle) for kind in MODELS for vehicle in VEHICLES)
+
+COACH = next(c for c in CASES if c.kind == "bogie" and c.vehicle is railenv.HIGH_SPEED_COACH)
+"""The bogie whose critical speed is near the paper's."""

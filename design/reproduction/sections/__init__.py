@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from design.reproduction.section import Section
 from design.reproduction.sections.adhesion import Adhesion
 from design.reproduction.sections.claims import Claims
@@ -20,8 +22,8 @@ def first_page(settings: Settings) -> tuple[Section, ...]:
     return (Claims(settings, whole=False), CriticalSpeeds(), Adhesion(settings, whole=False))
 
 
-def whole_report(settings: Settings) -> tuple[Section, ...]:
-    """Return all sections."""
+def whole_report(settings: Settings, further: Sequence[Section] = ()) -> tuple[Section, ...]:
+    """Return all sections, with further ones before the parameters of the vehicles."""
     return (
         Claims(settings, whole=True),
         CriticalSpeeds(),
@@ -31,5 +33,6 @@ def whole_report(settings: Settings) -> tuple[Section, ...]:
         Spectra(),
         LimitCycles(settings),
         Map(settings),
+        *further,
         Vehicles(),
     )

@@ -6,7 +6,7 @@ import numpy as np
 from markupsafe import Markup
 
 from design.reproduction import pieces
-from design.reproduction.cases import CASES, Case
+from design.reproduction.cases import COACH
 from design.reproduction.document import fragment
 from design.reproduction.drawing import legend_below, panel, retitle, take_handles
 from design.reproduction.section import Data, DataTable, Drawing, Section
@@ -25,7 +25,7 @@ class Map(Section):
 
     def pieces(self) -> tuple[Piece, ...]:
         """Return the map."""
-        return (pieces.chart(_coach(), self._settings),)
+        return (pieces.chart(COACH, self._settings),)
 
     def text(self, data: Data) -> Markup:
         """Return the table of the map."""
@@ -37,7 +37,7 @@ class Map(Section):
             )
         ]
         paragraphs = [
-            f"Wear makes wheels more conical. {_coach().title}, tangent track: below the fold it "
+            f"Wear makes wheels more conical. {COACH.title}, tangent track: below the fold it "
             "never hunts, between "
             "fold and Hopf point a large enough disturbance makes it hunt, above the Hopf point it "
             "must.",
@@ -56,9 +56,9 @@ class Map(Section):
         found = data[self.pieces()[0].name]
         figure, ax = panel("", 4.2)
         found.plot(ax)
-        retitle(ax, _coach().title)
-        legend_below(figure, take_handles(ax), 2)
-        caption = f"{_coach().title}, tangent track: where it hunts, over the conicity."
+        retitle(ax, COACH.title)
+        legend_below(figure, take_handles(ax))
+        caption = f"{COACH.title}, tangent track: where it hunts, over the conicity."
         return (Drawing("map_conicity", figure, caption),)
 
     def tables(self, data: Data) -> tuple[DataTable, ...]:
@@ -67,10 +67,6 @@ class Map(Section):
         header = ("conicity", "fold_m_per_s", "hopf_m_per_s", "remark")
         rows = list(zip(found.value, found.fold_speed, found.hopf_speed, found.notes, strict=True))
         return (DataTable("map_conicity", header, rows),)
-
-
-def _coach() -> Case:
-    return next(c for c in CASES if c.vehicle.name == "HIGH_SPEED_COACH" and c.kind == "bogie")
 
 
 def _speed(value: float) -> str:

@@ -5,6 +5,7 @@ import json
 import pytest
 from typer.testing import CliRunner
 
+import agents
 import design.reproduction
 from design.reproduction import Interrupted
 from design.reproduction.cases import VEHICLES
@@ -75,6 +76,9 @@ def test_whole_report_in_its_quick_form(tmp_path):
     figures = {path.stem for path in (tmp_path / "figures").glob("*.svg")}
     for number in ("05", "06", "07", "08", "09", "10", "11", "12", "13"):
         assert sum(name.startswith(f"fig{number}") for name in figures) >= 2, number
+    assert {"hopf_push_tangent", "growth_rates_sensors", "closed_loop_passive"} <= figures
+    speeds = json.loads((tmp_path / "data" / "hopf_push.json").read_text())
+    assert set(speeds["controller"]) == set(agents.shipped_names())
     for name in (v.name for v in VEHICLES):
         assert text.count(name) > 50
     assert json.dumps("") not in (tmp_path / "data" / "claims.csv").read_text()

@@ -1,0 +1,58 @@
+"""What the section on controllers computes: functions of plain inputs whose results are kept."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from agents.controller import equipped
+from agents.diagram import closed_loop_diagram
+from agents.evaluation import Plan, evaluate
+from agents.files import ControllerFile
+from agents.growth import linear_growth_rates
+from agents.learned import LearnedPolicy
+from agents.load import controller_of
+from agents.scheduled import ScheduledController
+from railenv import Bogie
+
+Stored = ScheduledController | LearnedPolicy
+"""Controllers that files hold."""
+
+
+def plain(controller: Stored) -> dict[str, Any]:
+    """Return all that a controller is as plain data and arrays."""
+    content = controller.to_file()
+    return {"kind": content.kind, "header": content.header, "arrays": content.arrays}
+
+
+def _made(name: str, content: Mapping[str, Any]) -> Stored:
+    return controller_of(ControllerFile(**content), f"the controller {name}")
+
+
+def evaluation(
+    model: Bogie, name: str, controller: Mapping[str, Any], plan: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Evaluate a controller by a plan; returns the summary of the evaluation."""
+    found = evaluate(_made(name, controller), model, name=name, plan=Plan(**plan))
+    return found.summary()
+
+
+def diagram(
+    model: Bogie,
+    name: str,
+    controller: Mapping[str, Any],
+    speeds: Sequence[float],
+    duration: float,
+) -> dict[str, Any]:
+    """Simulate the bifurcation diagram of a closed loop on tangent track."""
+    made = _made(name, controller)
+    found = closed_loop_diagram(made, model, speeds, name=name, duration=duration)
+    return dict(vars(found))
+
+
+def growth(
+    model: Bogie, name: str, controller: Mapping[str, Any], speeds: Sequence[float]
+) -> dict[str, Any]:
+    """Find the growth rates of the least stable mode of the linear closed loop, in 1/s."""
+    rates = linear_growth_rates(equipped(model), _made(name, controller), speeds)
+    return {"speeds": list(speeds), "rates": rates}
