@@ -10,8 +10,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from railenv.envs import rendering
-from railenv.envs.rendering import History, Renderer, Scene
+from railenv.envs.rendering import History, Renderer, Scene, chart, colours, layout, plan
 from railenv.errors import ParameterError
 
 needs_pygame = pytest.mark.skipif(find_spec("pygame") is None, reason="the extra `render` is absent")
@@ -85,7 +84,7 @@ def where(frame, colour, area=(slice(None), slice(None))):
 
 def track_row(frame, column):
     """Return the row half-way between the rails in a column of the plan view."""
-    rows = np.flatnonzero((frame[PLAN[0], column] == rendering._RAIL).all(axis=-1))
+    rows = np.flatnonzero((frame[PLAN[0], column] == colours.RAIL).all(axis=-1))
     return (rows.min() + rows.max()) / 2.0
 
 
@@ -106,7 +105,7 @@ def test_any_size_shows_the_whole_page(size):
     renderer = Renderer("rgb_array", fps=50, size=size)
     frame = renderer.draw(make_scene())
     assert frame.shape == (size[1], size[0], 3)
-    assert where(frame, rendering.LEADING)[2] > 100
+    assert where(frame, colours.LEADING)[2] > 100
     # nothing reaches the picture's border
     for edge in (frame[0], frame[-1], frame[:, 0], frame[:, -1]):
         assert (edge == 255).all()
@@ -160,7 +159,7 @@ def test_displacement_to_the_left_moves_the_wheelset_up_in_the_plan(renderer):
     rows = []
     for y in (-6e-3, -3e-3, 0.0, 3e-3, 6e-3):
         frame = renderer.draw(make_scene(bodies=make_bodies((y, 0.0), frame=False)))
-        rows.append(where(frame, rendering.LEADING, PLAN)[0])
+        rows.append(where(frame, colours.LEADING, PLAN)[0])
     assert (np.diff(rows) < 0.0).all()
     # drawn 25 times larger, with the half gauge as 58 pixels
     assert rows[0] - rows[-1] == pytest.approx(12e-3 * 25 * 58 / 0.7176, abs=1.5)
@@ -168,14 +167,14 @@ def test_displacement_to_the_left_moves_the_wheelset_up_in_the_plan(renderer):
 
 def test_trailing_wheelset_is_behind_the_leading_one(renderer):
     frame = renderer.draw(make_scene())
-    behind, ahead = (where(frame, c, PLAN)[1] for c in (rendering.TRAILING, rendering.LEADING))
+    behind, ahead = (where(frame, c, PLAN)[1] for c in (colours.TRAILING, colours.LEADING))
     assert behind < 295 < ahead
 
 
 def test_yaw_to_the_left_turns_the_left_wheel_back(renderer):
     frame = renderer.draw(make_scene(bodies=make_bodies(yaw=(4e-3, 0.0), frame=False)))
-    left = where(frame, rendering.LEADING, (slice(90, 216), PLAN[1]))[1]
-    right = where(frame, rendering.LEADING, (slice(216, 340), PLAN[1]))[1]
+    left = where(frame, colours.LEADING, (slice(90, 216), PLAN[1]))[1]
+    right = where(frame, colours.LEADING, (slice(216, 340), PLAN[1]))[1]
     assert left < right - 5.0
 
 
@@ -183,15 +182,15 @@ def test_yaw_to_the_left_turns_the_left_wheel_back(renderer):
 def test_wheel_turns_red_at_flange_contact(renderer, side, upper):
     free = renderer.draw(make_scene(bodies=make_bodies((side * (DELTA - 1e-5), 0.0))))
     touching = renderer.draw(make_scene(bodies=make_bodies((side * (DELTA + 1e-5), 0.0))))
-    assert where(free, rendering.ALARM, PLAN)[2] == 0
-    row, _, n = where(touching, rendering.ALARM, PLAN)
+    assert where(free, colours.ALARM, PLAN)[2] == 0
+    row, _, n = where(touching, colours.ALARM, PLAN)
     assert n > 100
     assert (row < 126) == upper
 
 
 def test_flange_contact_is_against_the_displaced_rail(renderer):
     scene = make_scene(bodies=make_bodies((DELTA + 1e-3, 0.0)), rail=np.array([2e-3, 0.0]))
-    assert where(renderer.draw(scene), rendering.ALARM, PLAN)[2] == 0
+    assert where(renderer.draw(scene), colours.ALARM, PLAN)[2] == 0
 
 
 def test_rails_bend_with_curvature(renderer):
@@ -208,9 +207,9 @@ def test_rails_bend_with_curvature(renderer):
 
 def test_sleepers_pass_to_the_left(renderer):
     row = 76 + 280 // 2 + 90
-    later = rendering.GROUND_SLOWDOWN * 0.05 / 85.0
+    later = plan.GROUND_SLOWDOWN * 0.05 / 85.0
     strips = [
-        (renderer.draw(make_scene(time=t))[row, 470:600] == rendering._SLEEPER).all(axis=-1)
+        (renderer.draw(make_scene(time=t))[row, 470:600] == colours.SLEEPER).all(axis=-1)
         for t in (0.0, later)
     ]
     shift = round(0.05 * 58 / 0.7176)
@@ -223,8 +222,8 @@ def test_equilibrium_is_drawn_but_moves_no_wheel(renderer):
     at_rest = renderer.draw(make_scene(bodies=bodies, equilibrium=bodies))
     moving = renderer.draw(make_scene(bodies=bodies, equilibrium=make_bodies((-5e-3, -5e-3))))
     assert (at_rest != moving).any()
-    assert where(at_rest, rendering.LEADING, PLAN)[0] == pytest.approx(
-        where(moving, rendering.LEADING, PLAN)[0], abs=1.0
+    assert where(at_rest, colours.LEADING, PLAN)[0] == pytest.approx(
+        where(moving, colours.LEADING, PLAN)[0], abs=1.0
     )
 
 
@@ -235,7 +234,7 @@ def test_critical_speed_is_green_below_and_red_above(renderer):
     above = renderer.draw(dataclasses.replace(scene, speed=110.0))
     without = renderer.draw(make_scene())
     found = [
-        [where(frame, colour, header)[2] > 0 for colour in (rendering.SAFE, rendering.ALARM)]
+        [where(frame, colour, header)[2] > 0 for colour in (colours.SAFE, colours.ALARM)]
         for frame in (below, above, without)
     ]
     assert found == [[True, False], [False, True], [False, False]]
@@ -244,7 +243,7 @@ def test_critical_speed_is_green_below_and_red_above(renderer):
 def test_derailment_shows_a_banner_with_its_reason(renderer):
     area = (slice(56, 84), slice(10, 620))
     frames = [renderer.draw(make_scene(derailed=d)) for d in (None, "wheel lift", "Nadal")]
-    red = [where(frame, rendering.ALARM, area)[2] for frame in frames]
+    red = [where(frame, colours.ALARM, area)[2] for frame in frames]
     assert red[0] == 0
     assert min(red[1:]) > 5000
     assert red[1] != red[2]
@@ -253,7 +252,7 @@ def test_derailment_shows_a_banner_with_its_reason(renderer):
 def test_action_is_drawn_only_when_there_is_one(renderer):
     below = (slice(500, 600), slice(None))
     counts = [
-        where(renderer.draw(make_scene(history=make_history(actuators=n))), rendering.SAFE, below)[2]
+        where(renderer.draw(make_scene(history=make_history(actuators=n))), colours.SAFE, below)[2]
         for n in (0, 1)
     ]
     assert counts[0] == 0 < counts[1]
@@ -264,8 +263,8 @@ def test_long_history_keeps_its_extremes():
     value = np.zeros(len(time))
     value[31_234] = 7.0
     value[41_234] = -6.0
-    axes = rendering._Axes(rendering._Box(0, 0, 800, 100), 10.0, 60.0, 60.0, 10.0)
-    x, y = rendering._trace(axes, time, value)
+    axes = chart.Axes(layout.Box(0, 0, 800, 100), 10.0, 60.0, 60.0, 10.0)
+    x, y = chart.trace(axes, time, value)
     assert len(x) == len(y) < 1000
     assert y.min() == pytest.approx(50.0 - 35.0)
     assert y.max() == pytest.approx(50.0 + 30.0)

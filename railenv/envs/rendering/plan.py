@@ -1,0 +1,236 @@
+"""Plan view of the running vehicle."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from railenv.envs.rendering.canvas import Canvas
+from railenv.envs.rendering.colours import (
+    ALARM,
+    BAND,
+    GHOST,
+    GRID,
+    LABEL,
+    LEADING,
+    NEUTRAL,
+    RAIL,
+    SLEEPER,
+    TRAILING,
+    WHITE,
+    Colour,
+    mix,
+)
+from railenv.envs.rendering.layout import PLAN, PLAN_VIEW, Box
+from railenv.envs.rendering.page import Page
+from railenv.envs.rendering.scene import TANGENT, Scene, touching
+from railenv.envs.rendering.text import number
+
+GROUND_SLOWDOWN = 20.0
+"""The sleepers pass this many times slower than in reality, where they would blur."""
+
+_SLEEPER_SPACING = 0.6
+_BEND_CURVATURE = 5e-4
+_PLAN_HALF_GAUGE = 58.0
+_PLAN_BEND = 60.0
+
+_Pose = Callable[[Iterable[complex]], list[complex]]
+"""From a body's own points (forward + left * 1j, in page units) to the page."""
+
+
+class Plan:
+    """Plan view: from track coordinates (along and to the left, in page units) to the page."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.scale = min(
+            _PLAN_HALF_GAUGE / scene.half_gauge,
+            0.36 * PLAN_VIEW.width / (scene.half_wheelbase + scene.wheel_radius),
+        )
+        self.lateral = self.scale * scene.exaggeration
+        self.gauge = self.scale * scene.half_gauge
+        self.base = self.scale * scene.half_wheelbase
+        self.clearance = self.lateral * scene.flange_clearance
+        self.reach = PLAN_VIEW.width / 2.0
+        k = scene.curvature
+        self.bend = _PLAN_BEND * k / (abs(k) + _BEND_CURVATURE)
+
+    def track(self, along: Any, left: Any) -> Any:
+        """Return the page's points of some track coordinates."""
+        tangent = self.heading(along)
+        plan = along - 1j * self.bend * (along / self.reach) ** 2 + 1j * tangent * left
+        return PLAN_VIEW.centre + np.conj(plan)
+
+    def heading(self, along: Any) -> Any:
+        """Return the direction of the track, a complex number of magnitude 1, y to the left."""
+        slope = -2.0 * self.bend * along / self.reach**2
+        return (1.0 + 1j * slope) / np.sqrt(1.0 + slope**2)
+
+    def alignment(self, along: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the displacement of the rails, joined smoothly from wheelset to wheelset."""
+        u = np.clip((along + self.base) / (2.0 * self.base), 0.0, 1.0)
+        lead, trail = (self.lateral * self.scene.rail).tolist()
+        return trail + (lead - trail) * u * u * (3.0 - 2.0 * u)
+
+    def pose(self, along: float, y: float, yaw: float) -> _Pose:
+        """Return the map from a body's own coordinates to the page."""
+        turn = math.atan(self.scene.exaggeration * yaw)
+        centre = complex(self.track(along, self.lateral * y))
+        angle = complex(self.heading(along)) * cmath.exp(1j * turn)
+        return lambda points: [centre + (z * angle).conjugate() for z in points]
+
+
+def draw_plan(canvas: Canvas, scene: Scene) -> None:
+    """Draw track, wheelsets, frame, and pale their equilibrium."""
+    plan = Plan(scene)
+    _draw_ground(canvas, plan)
+    along = np.linspace(-1.2 * plan.reach, 1.2 * plan.reach, 33)
+    shift = plan.alignment(along)
+    for side in (1.0, -1.0):
+        edge, inner = side * plan.gauge, side * (plan.gauge - plan.clearance)
+        _draw_strip(canvas, plan, along, shift, (inner, edge), BAND)
+    ends = ((plan.base, 0, LEADING), (-plan.base, 1, TRAILING))
+    for at, i, colour in ends:
+        _draw_treads(canvas, plan, at, i, colour)
+    for side in (1.0, -1.0):
+        _draw_strip(canvas, plan, along, shift, (side * plan.gauge, side * (plan.gauge + 5.0)), RAIL)
+    for at, i, _ in ends:
+        _draw_wheelset_ghost(canvas, plan, at, i)
+    for at, i, colour in ends:
+        _draw_axle(canvas, plan, at, i, colour)
+    if len(scene.bodies) == 3:
+        _draw_frame(canvas, plan)
+
+
+def _draw_ground(canvas: Canvas, plan: Plan) -> None:
+    scene = plan.scene
+    pitch = plan.scale * _SLEEPER_SPACING
+    passed = scene.speed * scene.time / GROUND_SLOWDOWN * plan.scale
+    half_length, half_width = 1.8 * plan.gauge, 0.2 * pitch
+    start = -1.2 * plan.reach - passed % pitch
+    at = np.arange(start, 1.2 * plan.reach, pitch)[:, None]
+    along = at + np.array([-half_width, half_width, half_width, -half_width])
+    ends = np.array([-half_length, -half_length, half_length, half_length])
+    for sleeper in plan.track(along, ends):
+        canvas.polygon(sleeper, SLEEPER)
+    middle = canvas.pixels(plan.track(np.arange(-1.2 * plan.reach, 1.2 * plan.reach, 12.0), 0.0))
+    canvas.segments(middle, GHOST)
+
+
+def _draw_strip(
+    canvas: Canvas,
+    plan: Plan,
+    along: NDArray[np.float64],
+    shift: NDArray[np.float64],
+    edges: tuple[float, float],
+    colour: Colour,
+) -> None:
+    there = plan.track(along, shift + edges[0])
+    back = plan.track(along[::-1], shift[::-1] + edges[1])
+    canvas.polygon(np.concatenate([there, back]), colour)
+
+
+def _wheel(plan: Plan, side: float) -> tuple[float, float, float, float]:
+    """Return inner edge of flange, outer edge of flange, outer edge of tread, half length."""
+    face = plan.gauge - plan.clearance
+    width = 2.0 * plan.clearance + 8.0
+    return side * (face - 6.0), side * face, side * (face + width), plan.scale * plan.scene.wheel_radius
+
+
+def _rectangle(half_length: float, left: float, right: float) -> list[complex]:
+    return [
+        complex(-half_length, left),
+        complex(half_length, left),
+        complex(half_length, right),
+        complex(-half_length, right),
+    ]
+
+
+def _body_pose(plan: Plan, at: float, i: int) -> _Pose:
+    y, _, _, psi = plan.scene.bodies[i].tolist()
+    return plan.pose(at, y, psi)
+
+
+def _draw_treads(canvas: Canvas, plan: Plan, at: float, i: int, colour: Colour) -> None:
+    """Draw the treads, which lie below the rails in the picture so that these stay visible."""
+    place = _body_pose(plan, at, i)
+    for side in (1.0, -1.0):
+        _, face, outer, half = _wheel(plan, side)
+        paint = ALARM if touching(plan.scene, i, side) else colour
+        canvas.polygon(place(_rectangle(half, face, outer)), mix(paint, 0.45), paint, 1.5)
+
+
+def _draw_axle(canvas: Canvas, plan: Plan, at: float, i: int, colour: Colour) -> None:
+    place = _body_pose(plan, at, i)
+    end = plan.gauge + 1.0 * plan.clearance + 32.0
+    canvas.polygon(place(_rectangle(4.0, -end, end)), mix(colour, 0.8), None)
+    for side in (1.0, -1.0):
+        inner, face, _, half = _wheel(plan, side)
+        paint = ALARM if touching(plan.scene, i, side) else colour
+        canvas.polygon(place(_rectangle(half + 5.0, inner, face)), paint)
+
+
+def _draw_wheelset_ghost(canvas: Canvas, plan: Plan, at: float, i: int) -> None:
+    y, _, _, psi = plan.scene.equilibrium[i].tolist()
+    place = plan.pose(at, y, psi)
+    for side in (1.0, -1.0):
+        inner, _, outer, half = _wheel(plan, side)
+        canvas.polygon(place(_rectangle(half + 5.0, inner, outer)), None, GHOST, 1.5)
+
+
+def _frame_parts(plan: Plan, grow: float = 0.0) -> list[list[complex]]:
+    beam = plan.gauge + plan.clearance + 18.0
+    half, thick = plan.base + 24.0 + grow, 7.0 + grow
+    return [
+        _rectangle(half, beam - thick, beam + thick),
+        _rectangle(half, -beam - thick, -beam + thick),
+        _rectangle(11.0 + grow, -beam, beam),
+    ]
+
+
+def _draw_frame(canvas: Canvas, plan: Plan) -> None:
+    y, _, _, psi = plan.scene.equilibrium[2].tolist()
+    place = plan.pose(0.0, y, psi)
+    for part in _frame_parts(plan):
+        canvas.polygon(place(part), None, GHOST, 1.5)
+    place = _body_pose(plan, 0.0, 2)
+    for grow, colour in ((1.0, RAIL), (0.0, NEUTRAL)):
+        for part in _frame_parts(plan, grow):
+            canvas.polygon(place(part), colour)
+    canvas.circle(complex(place([0.0])[0]), 5.0, WHITE, RAIL)
+
+
+def label_plan(page: Page, scene: Scene) -> None:
+    """Draw the frame, and what the view shows."""
+    page.canvas.rectangle(PLAN, None, GRID)
+    page.text("plan view", complex(PLAN.left + 8, PLAN.top + 3), 12, bold=True)
+    travel = "travelling to the right \N{RIGHTWARDS ARROW}"
+    page.text(travel, complex(PLAN.right - 8, PLAN.top + 3), 12, LABEL, align="right")
+    words = f"lateral motion and yaw \N{MULTIPLICATION SIGN} {scene.exaggeration:g}"
+    x, y = PLAN.left + 8, PLAN.bottom - 18
+    x += page.text(words, complex(x, y), 12, LABEL) + 18
+    page.canvas.rectangle(Box(x, y + 3, 14, 9), BAND)
+    clearance = f"flange clearance {number(1e3 * scene.flange_clearance)} mm"
+    x += page.text(clearance, complex(x + 19, y), 12, LABEL) + 37
+    page.canvas.rectangle(Box(x, y + 3, 14, 9), None, NEUTRAL)
+    page.text("equilibrium", complex(x + 19, y), 12, LABEL)
+    slow = f"ground speed \N{DIVISION SIGN} {GROUND_SLOWDOWN:g}"
+    page.text(slow, complex(PLAN.right - 8, y), 12, LABEL, align="right")
+    if abs(scene.curvature) >= TANGENT:
+        side = 1.0 if scene.curvature > 0.0 else -1.0
+        plan = Plan(scene)
+        beside = complex(plan.track(40.0 - plan.reach, side * (plan.gauge + 18.0))).imag
+        page.text("outer rail", complex(PLAN.left + 8, beside - 7), 12, RAIL, bold=True)
+
+
+def draw_banner(page: Page, reason: str) -> None:
+    """Write why the vehicle derailed across the view."""
+    box = Box(PLAN.left, PLAN.top, PLAN.width, 28)
+    page.canvas.rectangle(box, ALARM)
+    at = complex(box.centre.real, box.top + 5)
+    page.text(f"DERAILED: {reason}", at, 15, WHITE, align="centre", bold=True, width=box.width - 20)
