@@ -1,4 +1,4 @@
-"""What ``railenv reproduce`` computes and shows."""
+"""``railenv reproduce``: what it computes and shows."""
 
 from __future__ import annotations
 
@@ -6,16 +6,47 @@ import dataclasses
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+import typer
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from railenv.cli_common import err, out
 from railenv.errors import ParameterError
 
 _STYLES = {"agrees": "green", "differs": "red", "open": "dim"}
 _MARKS = {"agrees": "+", "differs": "-", "open": "?"}
+
+
+def reproduce(
+    directory: Annotated[Path, typer.Option("--out", help="Directory to write to.")] = Path("results"),
+    quick: Annotated[
+        bool,
+        typer.Option(
+            "--quick", help="Coarse diagrams and limit cycles; controllers on one curve only."
+        ),
+    ] = False,
+    first_page: Annotated[
+        bool,
+        typer.Option("--first-page", help="Only the claims that take seconds, and critical speeds."),
+    ] = False,
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", "-j", min=1, help="Processes; as many as processors.")
+    ] = None,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Forget what was computed before; otherwise it is kept.")
+    ] = False,
+) -> None:
+    """Compute every result of the paper again and write them, beside its claims, to report.html."""
+    from design.reproduction import Interrupted
+
+    try:
+        run(directory, out, err, quick=quick, first=first_page, fresh=fresh, jobs=jobs)
+    except Interrupted as stopped:
+        err.print(str(stopped), highlight=False, soft_wrap=True)
+        raise typer.Exit(130) from None
 
 
 def run(

@@ -1,0 +1,60 @@
+"""Options that several commands have."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+ModelName = Literal["bogie", "dual-wheelset", "cooperrider"]
+
+VehicleOption = Annotated[
+    str,
+    typer.Option(
+        "--vehicle",
+        "-v",
+        help="A shipped vehicle (TABLE_1, TABLE_1_PRINTED_LOADS, HIGH_SPEED_COACH) or a TOML file.",
+    ),
+]
+ModelOption = Annotated[
+    ModelName,
+    typer.Option(
+        "--model",
+        "-m",
+        help="Bogie of 12, dual wheelset of 8 or Cooperrider bogie of 7 degrees of freedom.",
+    ),
+]
+RadiusOption = Annotated[
+    float,
+    typer.Option(
+        "--radius", "-r", help="Curve radius in m; inf is tangent track, negative is the other hand."
+    ),
+]
+CantOption = Annotated[
+    float,
+    typer.Option("--cant", "-c", help="Cant angle in rad; positive raises the left, outer rail."),
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option("--set", help="Change a parameter, as conicity=0.2; may be repeated."),
+]
+YawRateGainOption = Annotated[
+    float | None,
+    typer.Option(help="Damp the yaw rate by actuators: moment against it, N m per rad/s."),
+]
+ControllerOption = Annotated[
+    str | None, typer.Option("--controller", help="Close the loop: a shipped controller, or a file.")
+]
+WashoutOption = Annotated[
+    float | None,
+    typer.Option(help="Corner frequency (Hz) below which it does not; none if left out."),
+]
+DelayOption = Annotated[
+    float | None, typer.Option(help="Transport delay of the commands, s; 0.01 if left out.")
+]
+PeriodOption = Annotated[float | None, typer.Option(help="Control period, s; 0.005 if left out.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")]
+PlotOption = Annotated[
+    Path | None, typer.Option("--plot", help="Draw into this file (.png, .svg or .pdf).")
+]
