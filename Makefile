@@ -32,6 +32,7 @@ docs: $(STAMP) ## regenerate the pages that are made from code and measurements
 	$(BIN)/railenv vehicles --markdown > docs/vehicles.md
 	$(BIN)/python docs/make_environments.py --no-pictures
 	$(BIN)/python docs/make_equations.py
+	$(BIN)/railenv reproduce --out results && cp results/data/claims.json docs/claims.json
 	$(BIN)/python docs/make_validation.py
 	$(BIN)/python docs/make_diagram.py
 	$(BIN)/python docs/make_pictures.py

@@ -1,10 +1,12 @@
 """Compute the numbers of docs/validation.md: ``python docs/make_validation.py``.
 
-The text around the tables is edited in the page itself.
+The paper's claims are those of docs/claims.json, which ``railenv reproduce`` computes (some minutes)
+and writes to results/data. The text around the tables is edited in the page itself.
 """
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,12 +19,16 @@ from numpy.typing import NDArray
 
 import design
 import railenv
+from design.reproduction.adhesion import adhesion_limit
+from design.reproduction.cases import CASES, MODEL_TITLES
+from design.reproduction.paper import CANT, RADIUS
+from design.reproduction.sections.claims import WORDS
 from railenv.equations.contact import creep_magnitude, saturation, wheel
 from railenv.equations.coordinates import Motion, Rail, Running
 
 PAGE = Path(__file__).resolve().parent / "validation.md"
+CLAIMS = PAGE.with_name("claims.json")
 
-RADIUS, CANT = 6250.0, 0.0873  # of the paper's time histories: m, rad
 PERTURBATION = {"y_w1": 1e-3}
 SAMPLES = 300
 
@@ -30,9 +36,6 @@ TABLE_1_BOGIE = railenv.Bogie(railenv.TABLE_1)
 TABLE_1_DUAL = railenv.DualWheelset(railenv.TABLE_1)
 COACH = railenv.Bogie(railenv.HIGH_SPEED_COACH)
 COACH_DUAL = railenv.DualWheelset(railenv.HIGH_SPEED_COACH)
-VEHICLES = ("`TABLE_1`", "`HIGH_SPEED_COACH`")
-
-Row = tuple[str, str, str, str]
 
 
 def table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -192,111 +195,25 @@ def limits() -> str:
 # ------------------------------------------------------------------------------ the paper
 
 
-def _speed(model: railenv.Model, radius: float = RADIUS) -> float:
-    found = design.critical_speed(model, radius=radius, cant=CANT)
-    assert found.speed is not None
-    return found.speed
-
-
-def _amplitude(model: railenv.Model, speed: float) -> tuple[float, float]:
-    """Half of peak to peak (mm) of the leading wheelset after 20 s, and main frequency (Hz)."""
-    response = railenv.simulate(
-        model, speed=speed, radius=RADIUS, cant=CANT, perturbation=PERTURBATION, duration=30.0
-    )
-    y = np.asarray(response.states)[model.state_names.index("y_w1"), response.time > 20.0]
-    frequency = design.spectrum(response, "y_w1", skip=15.0).main_frequency
-    return 500.0 * float(np.ptp(y)), frequency
-
-
-def _bracket(model: railenv.Model, low: float, high: float) -> tuple[str, str]:
-    """Tell what a vehicle does at two speeds at which the paper has it steady and hunting."""
-    words = []
-    for speed in (low, high):
-        amplitude, _ = _amplitude(model, speed)
-        motion = "hunts" if amplitude > 0.1 else "steady"
-        words.append(f"{speed:g} m/s: {motion}")
-    agrees = "steady" in words[0] and "hunts" in words[1]
-    text = f"hunts from {_speed(model):.1f} m/s; after 1 mm, {'; '.join(words)}"
-    return text, _verdict(agrees)
-
-
-def _verdict(agrees: bool) -> str:
-    return "yes" if agrees else "no"
-
-
-def _brackets() -> list[Row]:
-    rows = []
-    for name, low, high, models in (
-        ("bogie", 115.0, 120.0, (TABLE_1_BOGIE, COACH)),
-        ("dual wheelset", 130.0, 140.0, (TABLE_1_DUAL, COACH_DUAL)),
-    ):
-        claim = f"{name}: steady at {low:g} m/s, hunts at {high:g}"
-        for vehicle, model in zip(VEHICLES, models, strict=True):
-            rows.append((claim, vehicle, *_bracket(model, low, high)))
-    return rows
-
-
-def _over_radius() -> list[Row]:
-    rows = []
-    for vehicle, model in zip(VEHICLES, (TABLE_1_BOGIE, COACH), strict=True):
-        speeds = [_speed(model, radius) for radius in (10_000.0, 6250.0, 2500.0, 1500.0)]
-        ours = f"at 10000, 6250, 2500, 1500 m: {', '.join(f'{speed:.1f}' for speed in speeds)} m/s"
-        falls = bool((np.diff(speeds) < 0.0).all())
-        rows.append(("bogie: critical speed falls with the radius", vehicle, ours, _verdict(falls)))
-    return rows
-
-
-def _of_both_models() -> list[Row]:
-    rows = []
-    for vehicle, *models in zip(
-        VEHICLES, (TABLE_1_DUAL, COACH_DUAL), (TABLE_1_BOGIE, COACH), strict=True
-    ):
-        dual, bogie = (_speed(model) for model in models)
-        ours = f"{dual:.1f} and {bogie:.1f} m/s"
-        claim = "the dual wheelset hunts at higher speed than the bogie"
-        rows.append((claim, vehicle, ours, _verdict(dual > bogie)))
-    return rows
-
-
-def _frequency() -> Row:
-    _, frequency = _amplitude(COACH, 120.0)
-    claim = "bogie: main frequency 2.734 Hz beyond the critical speed"
-    agrees = abs(frequency / 2.734 - 1.0) < 0.05
-    return claim, VEHICLES[1], f"{frequency:.2f} Hz at 120 m/s", _verdict(agrees)
-
-
-def _nonlinear() -> Row:
-    branch = design.cycle_branch(COACH)
-    fold, hopf = branch.nonlinear_critical_speed, branch.hopf
-    assert fold is not None
-    assert hopf is not None
-    assert hopf.speed is not None
-    gap = 100.0 * (1.0 - fold / hopf.speed)
-    claim = "linear and simulated critical speed differ by 8.75 %"
-    ours = f"fold {gap:.1f} % below the Hopf point, tangent track"
-    return claim, VEHICLES[1], ours, _verdict(abs(gap - 8.75) < 1.0)
-
-
 def paper() -> str:
-    """Compare what the paper says with what comes out here."""
-    rows = [*_brackets(), *_over_radius(), *_of_both_models(), _frequency(), _nonlinear()]
-    return table(("the paper, at $R$ = 6250 m unless said", "vehicle", "here", "agrees"), rows)
+    """Write the claims of the paper that the reproduction report has judged, from its data."""
+    columns = json.loads(CLAIMS.read_text(encoding="utf-8"))
+    rows: dict[str, list[str]] = {}
+    for i, claim in enumerate(columns["claim"]):
+        told = [f"{columns['statement'][i]} ({columns['source'][i]})", columns["paper"][i]]
+        verdict = WORDS[columns["verdict"][i]]
+        rows.setdefault(claim, told).append(f"**{verdict}**: {columns['ours'][i]}")
+    vehicles = dict.fromkeys(columns["vehicle"])
+    return table(("claim", "paper", *(f"`{name}`" for name in vehicles)), list(rows.values()))
 
 
 def adhesion() -> str:
     """Speeds at which the lateral load of a curve takes all adhesion."""
-    rows = []
-    for name, model in (
-        ("bogie", railenv.Bogie(railenv.TABLE_1_PRINTED_LOADS)),
-        ("dual wheelset", railenv.DualWheelset(railenv.TABLE_1_PRINTED_LOADS)),
-    ):
-        v = model.vehicle
-        on_frame = v.external_load / v.gravity
-        vertical = lateral = 2.0 * (v.wheelset_mass + on_frame)
-        if name == "bogie":
-            vertical, lateral = vertical + v.frame_mass, lateral + on_frame
-        deficiency = v.friction * v.gravity * vertical / lateral + v.gravity * CANT
-        rows.append((name, f"{math.sqrt(RADIUS * deficiency):.1f} m/s"))
+    rows = [
+        (MODEL_TITLES[case.kind], f"{adhesion_limit(case, RADIUS, CANT):.1f} m/s")
+        for case in CASES
+        if case.vehicle is railenv.TABLE_1_PRINTED_LOADS
+    ]
     return table(("`TABLE_1_PRINTED_LOADS`", "all adhesion is taken at"), rows)
 
 

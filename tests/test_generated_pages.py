@@ -1,12 +1,20 @@
 """What the pages take from the code is what the code says."""
 
 import inspect
+import json
 import re
 
 import numpy as np
 import pytest
 import sympy
 
+import design
+from design.reproduction import FULL, paper, reproduce
+from design.reproduction.cases import VEHICLES
+from design.reproduction.claims import cases_of
+from design.reproduction.claims_of_diagrams import FURTHER_RULES
+from design.reproduction.claims_of_motions import FIRST_RULES
+from design.reproduction.sections.claims import Claims
 from railenv.equations import (
     actuator,
     bogie,
@@ -152,6 +160,34 @@ def test_a_name_that_does_not_occur_is_refused():
 def test_numbers_of_the_validation_are_those_computed():
     make_validation = script("make_validation")
     assert make_validation.page(text("validation.md")) == text("validation.md")
+
+
+def test_claims_of_the_page_are_those_that_the_report_judges():
+    columns = json.loads((DOCS / "claims.json").read_text())
+    assert len(set(columns["claim"])) == len(FIRST_RULES) + len(FURTHER_RULES)
+    assert len(columns["claim"]) == len(set(columns["claim"])) * len(VEHICLES)
+    onset = {
+        vehicle: ours
+        for claim, vehicle, ours in zip(
+            columns["claim"], columns["vehicle"], columns["ours"], strict=True
+        )
+        if claim == "onset-bogie"
+    }
+    for case in cases_of("bogie"):
+        found = design.critical_speed(case.model, radius=paper.RADIUS, cant=paper.CANT)
+        assert onset[case.vehicle.name] == f"{found.speed:.2f} m/s"
+
+
+@pytest.mark.slow
+def test_claims_of_the_page_are_judged_again(tmp_path):
+    reproduce([Claims(FULL, whole=True)], tmp_path, jobs=2)
+    kept, found = (
+        json.loads(path.read_text())
+        for path in (DOCS / "claims.json", tmp_path / "data" / "claims.json")
+    )
+    # numbers of chaotic motions differ between processors
+    for column in ("claim", "source", "statement", "paper", "vehicle", "verdict"):
+        assert found[column] == kept[column]
 
 
 def test_diagram_is_generated_and_its_stations_exist():
