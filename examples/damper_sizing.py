@@ -94,8 +94,8 @@ class Result:
             right.plot([], [], "o", color=NEUTRAL, label="sized by the root locus")
             right.set(
                 title="Critical speed",
-                xlabel="rate of the yaw damper, kN m s/rad",
-                ylabel="critical speed, m/s",
+                xlabel="rate of the yaw damper (kN m s/rad)",
+                ylabel="critical speed (m/s)",
                 xlim=(0.0, None),
             )
             right.legend(loc="upper left")

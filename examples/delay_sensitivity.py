@@ -61,14 +61,14 @@ class Result:
                 left.plot(delays, found, "o-", color=colour, label=name)
             left.set(
                 title="Critical speed (searched up to 400 m/s)",
-                xlabel="transport delay, ms",
-                ylabel="critical speed, m/s",
+                xlabel="transport delay (ms)",
+                ylabel="critical speed (m/s)",
                 ylim=(0.0, 560.0),
             )
             left.legend(loc="upper right")
             self.chart.plot(right)
             right.set(title=f"Yaw-rate feedback at {SPEED:g} m/s")
-            right.set(ylabel=f"gain, times {GAIN / 1e3:g} kN m s/rad")
+            right.set(ylabel=f"gain ({GAIN / 1e3:g} kN m s/rad)")
         return figure
 
 

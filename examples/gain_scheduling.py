@@ -124,8 +124,8 @@ class Result:
             ax.plot(NODES, [0.0] * len(NODES), "o", color=SERIES[0], label="speeds of the schedule")
             ax.set(
                 title="Price of a gain that was designed for another speed",
-                xlabel="speed, m/s",
-                ylabel="cost above the least possible, %",
+                xlabel="speed (m/s)",
+                ylabel="cost above the least possible (%)",
             )
             ax.legend()
         return figure

@@ -55,7 +55,7 @@ class Result:
             ax.set(
                 title="Dots: the conicity of the design. At 0: unstable at 20 m/s already",
                 xlabel="conicity",
-                ylabel="critical speed, m/s",
+                ylabel="critical speed (m/s)",
                 ylim=(-5.0, 345.0),
             )
             ax.legend(loc="upper right")

@@ -105,11 +105,11 @@ class Result:
             upper.plot(self.free.time, free, color=UNSTABLE, label="no control")
             upper.plot(run.time, 1e3 * run.states[:, lateral], color=STABLE, label="LQR")
             upper.set(title=f"{SPEED:g} m/s, {1e3 * offset:g} mm off at the start")
-            upper.set(ylabel="leading wheelset, mm", xlim=(0.0, 2.0))
+            upper.set(ylabel="leading wheelset (mm)", xlim=(0.0, 2.0))
             upper.legend(loc="upper left", ncols=2)
             upper.set_ylim(-16.0, 22.0)
             lower.plot(run.time, run.moments[:, 0] / 1e3, color=STABLE)
-            lower.set(xlabel="time, s", ylabel="commanded moment, kN m")
+            lower.set(xlabel="time (s)", ylabel="commanded moment (kN m)")
         return figure
 
 

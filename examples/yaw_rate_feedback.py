@@ -97,8 +97,8 @@ class Result:
             right.plot(speeds, low, color=STABLE, label="smallest stable gain")
             right.set(
                 title="Stable gains",
-                xlabel="speed, m/s",
-                ylabel="gain, kN m s/rad",
+                xlabel="speed (m/s)",
+                ylabel="gain (kN m s/rad)",
                 xlim=(speeds[0], speeds[-1]),
                 ylim=(0.0, 1.25 * np.nanmax(high)),
             )
