@@ -12,13 +12,15 @@ from agents.controller import Controller, equipped
 from agents.evaluation import Evaluation, Plan, evaluate, load_evaluations, save_evaluations
 from agents.growth import growth_rates, simulated_critical_speed
 from agents.learned import LearnedPolicy
+from agents.lessons import Lessons
 from agents.load import load
 from agents.lqg import LQG
 from agents.lqr import LQR
 from agents.nonlinear import Place, disturbed_critical_speed, ramp_down
 from agents.output_feedback import Filters, OutputFeedback
 from agents.passive import Passive
-from agents.policy_search import Lessons, Searched, search_policy
+from agents.policy_search import Searched, search_policy
+from agents.policy_start import Aim
 from agents.rollout import Case, Motion, Rollout
 from agents.scheduled import Law, ScheduledController
 from agents.shipped import shipped, shipped_names
@@ -32,6 +34,7 @@ __distribution__ = "railenv"
 __all__ = [
     "LQG",
     "LQR",
+    "Aim",
     "Case",
     "Controller",
     "Evaluation",

@@ -72,15 +72,22 @@ class Family:
             np.concatenate([self.speed, other.speed]),
         )
 
+    def loops(self, A: Array, B: Array, C: Array, D: Array, rows: Sequence[int] | None = None) -> Array:
+        """Return the matrices of the closed loops of some plants (all by default) with one law each."""
+        chosen = slice(None) if rows is None else list(rows)
+        plant, into = self.A[chosen], self.B[chosen]
+        q, n, k = len(plant), plant.shape[1], A.shape[1]
+        M = np.zeros((q, n + k, n + k))
+        M[:, :n, :n] = plant + into @ D @ self.S
+        M[:, :n, n:] = into @ C
+        M[:, n:, :n] = B @ self.S
+        M[:, n:, n:] = A
+        return M
+
     def growth(self, law: Law, period: float) -> Array:
         """Return the growth rate (1/s) of each plant's slowest mode under a scheduled law."""
         A, B, C, D, E = law.at(self.speed)
-        n, k = self.A.shape[1], A.shape[1]
-        M = np.zeros((len(self.A), n + k, n + k))
-        M[:, :n, :n] = self.A + self.B @ D @ self.S
-        M[:, :n, n:] = self.B @ C
-        M[:, n:, :n] = (B + E @ D) @ self.S
-        M[:, n:, n:] = A + E @ C
+        M = self.loops(A + E @ C, B + E @ D, C, D)
         largest = np.abs(np.linalg.eigvals(M)).max(axis=1)
         return np.asarray(np.log(np.maximum(largest, _FLOOR)) / period)
 

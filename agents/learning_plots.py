@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import control
+import numpy as np
+from numpy.typing import NDArray
 
 from design.plots import STABLE, UNSTABLE, _axes, _drawn, style
 from railenv.errors import ParameterError
@@ -45,5 +47,26 @@ def plot_training(training: Training, ax: Axes | None = None) -> control.Control
         ax.set_xlabel("environment steps (thousands)")
         ax.set_ylabel(_MEANING[criterion])
         ax.set_title(f"{training.recipe.algorithm.upper()} in {training.recipe.env_id}")
+        ax.legend(loc="lower right")
+        return _drawn(ax)
+
+
+def plot_search(
+    means: NDArray[np.float64], judged: NDArray[np.float64], ax: Axes | None = None
+) -> control.ControlPlot:
+    """Draw a policy search: mean score of each generation, and robust critical speed on the right."""
+    with style():
+        ax = _axes(ax)
+        generations = np.arange(1, len(means) + 1)
+        ax.plot(generations, means, color=STABLE, lw=0.8, label="mean score of a generation")
+        ax.plot(judged[:, 0], judged[:, 2], "o", ms=4, color=STABLE, label="score of the mean policy")
+        low = min(0.0, float(np.quantile(means, 0.1)) if len(means) else 0.0, judged[:, 2].min())
+        ax.set_ylim(1.1 * low - 0.5, 1.1 * max(judged[:, 2].max(), 0.0) + 1.0)
+        ax.set_xlabel("generation")
+        ax.set_ylabel("score")
+        right = ax.twinx()
+        right.plot(judged[:, 0], judged[:, 1], "s-", ms=4, lw=0.8, color=UNSTABLE)
+        right.set_ylabel("robust critical speed (m/s)", color=UNSTABLE)
+        ax.set_title("policy search")
         ax.legend(loc="lower right")
         return _drawn(ax)

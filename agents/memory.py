@@ -23,6 +23,9 @@ from railenv.errors import ParameterError
 
 Array = NDArray[np.float64]
 
+BY_SPEED = " by speed"
+"""End of the names of features that are multiplied by the speed."""
+
 _FILTERED = ("accelerometer_", "gyro_")
 _EVEN = ("z_", "dz_", "speed")  # what the mirror image of a motion leaves as it is
 
@@ -39,11 +42,15 @@ class MemorySettings:
         Hz, corner frequencies of the low-pass filters of every accelerometer, gyro and command.
     past_commands : int
         Number of latest commands.
+    schedule : (float, float), optional
+        m/s. Every filtered reading, filter and command times the speed, which goes from -1 to 1 between
+        these two, is one more feature: what is linear in them all has gains that are linear in speed.
     """
 
     history: int = 0
     corners: tuple[float, ...] = ()
     past_commands: int = 0
+    schedule: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         for name in ("history", "past_commands"):
@@ -55,6 +62,19 @@ class MemorySettings:
             for f in self.corners
         ]
         object.__setattr__(self, "corners", tuple(corners))
+        if self.schedule is not None:
+            object.__setattr__(self, "schedule", _schedule(self.schedule))
+
+
+def _schedule(given: Sequence[float]) -> tuple[float, float]:
+    try:
+        low, high = given
+    except (TypeError, ValueError):
+        raise ParameterError(f"schedule is {given!r}; it must be two speeds in m/s") from None
+    low, high = checks.speed(low, "lowest speed of the schedule"), checks.speed(high)
+    if not low < high:
+        raise ParameterError(f"schedule is ({low:g}, {high:g}); the lowest speed must come first")
+    return low, high
 
 
 @dataclass(frozen=True)
@@ -116,6 +136,7 @@ class Memory:
                 f"{[r.name for r in readings]} and command {list(commands)} every {period:g} s"
             )
         self.filtered = [i for i, r in enumerate(readings) if r.name.startswith(_FILTERED)]
+        self._speed_at = next(i for i, r in enumerate(readings) if r.name == "speed")
         self._keep = np.exp(-2.0 * math.pi * period * np.array(settings.corners, dtype=float))
         self.reset(1)
 
@@ -127,6 +148,8 @@ class Memory:
         named = [f"{name} below {f:g} Hz" for f in corners for name in signals]
         named += [f"{name} below {f:g} Hz" for f in corners for name in self.commands]
         named += [f"{name}[-{age}]" for age in past for name in self.commands]
+        if self.settings.schedule is not None:
+            named += [f"{name}{BY_SPEED}" for name in (*signals, *named)]
         return named + [f"base {name}" for name in self.commands if self.base is not None]
 
     @property
@@ -167,10 +190,19 @@ class Memory:
             self._readings[self._fresh] = self._seen[self._fresh][:, None, :]
             self._fresh[:] = False
         parts = [self._smoothed(), self._commands, self._past]
+        if self.settings.schedule is not None:
+            share = self._share(y[:, self._speed_at] * self.readings[self._speed_at].scale)
+            parts += [share.reshape(-1, *[1] * (part.ndim - 1)) * part for part in (self._seen, *parts)]
         if self.base is not None:
             self.demand = np.asarray(self.base.propose(y), dtype=float)
             parts.append(np.clip(self.demand, -BOUND, BOUND))
         return np.concatenate([part.reshape(len(y), -1) for part in parts], axis=1)
+
+    def _share(self, speeds: Array) -> Array:
+        """Return where speeds (m/s) lie between those of the schedule, from -1 to 1."""
+        assert self.settings.schedule is not None
+        low, high = self.settings.schedule
+        return np.asarray(np.clip((2.0 * speeds - low - high) / (high - low), -1.0, 1.0))
 
     def _smoothed(self) -> Array:
         keep = self._keep[:, None]
@@ -192,14 +224,14 @@ class Memory:
         """Return the memory as a linear system about constant signals (SI units)."""
         width, m, c = len(self.readings), len(self.commands), len(self._keep)
         f, p = len(self.filtered), self.settings.past_commands
-        base = None if self.base is None else [M[0] for M in self.base.law.at(signals[self._speed])]
+        speed = np.asarray(signals)[[self._speed_at]]
+        base = None if self.base is None else [M[0] for M in self.base.law.at(speed)]
         b = 0 if base is None else len(base[0])
         sizes = (c * f, c * m, p * m, b)
         ends = np.cumsum(sizes)
         zr, zu, past, zb = (slice(e - s, e) for e, s in zip(ends, sizes, strict=True))
         n = int(ends[-1])
-        features = c * f + c * m + p * m + (m if base is not None else 0)
-        Fs, Fy = np.zeros((features, n)), np.zeros((features, width))
+        Fs, Fy = np.zeros((past.stop, n)), np.zeros((past.stop, width))
         Gs, Gy, Gu = np.zeros((n, n)), np.zeros((n, width)), np.zeros((n, m))
         pick = np.eye(width)[self.filtered]
         Fs[: past.stop, : past.stop] = np.eye(past.stop)
@@ -210,13 +242,15 @@ class Memory:
         if p:
             Gu[past] = np.eye(p * m, m)
             Gs[past, past] = np.eye(p * m, k=-m)
+        if self.settings.schedule is not None:
+            share = self._share(speed)[0]
+            Fs = np.vstack([Fs, np.zeros((f, n)), share * Fs])
+            Fy = np.vstack([Fy, share * pick, share * Fy])
         if base is not None and self.base is not None:
             A, B, C, D, E = base
             scales = np.array([reading.scale for reading in self.readings])
-            Fs[past.stop :, zb], Fy[past.stop :] = C / self.base.limit, D * scales / self.base.limit
+            demand = np.zeros((m, n))
+            demand[:, zb] = C / self.base.limit
+            Fs, Fy = np.vstack([Fs, demand]), np.vstack([Fy, D * scales / self.base.limit])
             Gs[zb, zb], Gy[zb], Gu[zb] = A, B * scales, E * self.base.limit
         return LinearMemory(Fs, Fy, Gs, Gy, Gu)
-
-    @property
-    def _speed(self) -> list[int]:
-        return [i for i, reading in enumerate(self.readings) if reading.name == "speed"]

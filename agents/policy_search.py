@@ -1,16 +1,17 @@
-"""Policy search: episodes tell which of many policies is better, and no gradient is needed (CMA-ES).
+"""Policy search: episodes tell which of many policies is better (CMA-ES, no gradient of returns).
 
 An odd linear network on top of a base controller (:class:`agents.LearnedPolicy`) is judged by its
-returns over a fixed set of vehicles and speeds, with the weight on the worst of them: hunting of one
-vehicle counts more than a little comfort in all others. Policy gradients follow the mean return, which
-hardly sees that. The covariance matrix adaptation is that of the package ``cma`` (extra ``rl``).
+returns over a fixed set of vehicles and speeds (:mod:`agents.lessons`). It starts from weights that
+linear models suggest (:mod:`agents.policy_start`). The covariance matrix adaptation is that of the
+package ``cma`` (extra ``rl``).
 """
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,69 +20,29 @@ import design
 from agents.controller import Controller
 from agents.extras import require
 from agents.learned import LearnedPolicy
-from agents.memory import Memory, MemorySettings
+from agents.lessons import Lessons
+from agents.memory import BY_SPEED, Memory, MemorySettings
 from agents.network import Network, Normalization
-from agents.rollout import Case, Rollout, Track
+from agents.policy_start import Aim, start_weights
+from agents.rollout import Rollout, Track
 from agents.scheduled import CONTROL_PERIOD, ScheduledController, readings_of
-from railenv import Equipped, checks
+from railenv import Equipped
 from railenv.threads import one_blas_thread
+
+if TYPE_CHECKING:
+    import control
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
+MEMORY = MemorySettings(corners=(0.2, 2.0, 12.0), past_commands=2, schedule=(20.0, 240.0))
+"""What a searched policy remembers, if not told otherwise."""
+
+CONICITIES = (0.05, 0.4)
+"""Range over which the robust critical speed of a searched policy is looked at."""
+
 _SMALLEST_SCALE = 1e-3  # of an input
-
-
-@dataclass(frozen=True, kw_only=True)
-class Lessons:
-    """Episodes by which policies are judged.
-
-    Attributes
-    ----------
-    conicities, speeds : tuple of float
-        Every vehicle runs at every speed (m/s), on tangent track.
-    offset : float
-        m, lateral, of all bodies at the start.
-    duration : float
-        s.
-    worst : float
-        Share of the episodes that counts as the worst.
-    emphasis : float
-        Weight of their mean return, against that of all.
-    effort : float
-        Weight of the mean squared moment (share of the limit) in the return.
-    roughness : float
-        Factor on the irregularity (ERRI B176, low) of the tracks that are rough, those of speeds up to
-        ``rough_up_to`` (m/s).
-    rough_up_to : float
-    """
-
-    conicities: tuple[float, ...] = (0.05, 0.15, 0.25, 0.33, 0.4)
-    speeds: tuple[float, ...] = (30.0, 60.0, 85.0, 115.0, 140.0, 156.0, 163.0, 170.0, 177.0)
-    offset: float = 4e-3
-    duration: float = 5.0
-    worst: float = 0.3
-    emphasis: float = 0.6
-    effort: float = 0.5
-    roughness: float = 0.5
-    rough_up_to: float = 90.0
-
-    def __post_init__(self) -> None:
-        checks.number("duration", self.duration, low=0.0, open_low=True, unit="s")
-        for name in ("worst", "emphasis"):
-            checks.number(name, getattr(self, name), low=0.0, high=1.0)
-
-    def cases(self) -> list[Case]:
-        """Return the episodes."""
-        return [
-            Case(
-                speed,
-                offset=self.offset,
-                vehicle={"conicity": conicity},
-                roughness=self.roughness if speed <= self.rough_up_to else 0.0,
-            )
-            for conicity in self.conicities
-            for speed in self.speeds
-        ]
+_LOST = 0.5  # m/s, that a judged policy's robust critical speed may be lower than the best
 
 
 @dataclass(frozen=True)
@@ -91,12 +52,11 @@ class Searched:
     Attributes
     ----------
     policy : LearnedPolicy
-        The best that was seen.
     best, mean : ndarray, shape (generations,)
-        Score of the best candidate so far, and the mean of each generation; at most 0.
-    robust : ndarray, shape (n_judged, 2)
-        Generation, and robust critical speed (m/s) of the search's mean policy then; 0 if it is
-        unstable at the lowest speed.
+        Score of the best candidate so far, and the mean of each generation; see :class:`Lessons`.
+    judged : ndarray, shape (n_judged, 3)
+        Generation, robust critical speed (m/s; 0 if unstable at the lowest speed) and score of the
+        search's mean policy then. The first is the policy that the search started from.
     episodes : int
         Episodes that were run in all.
     """
@@ -104,8 +64,14 @@ class Searched:
     policy: LearnedPolicy
     best: Array
     mean: Array
-    robust: Array
+    judged: Array
     episodes: int
+
+    def plot(self, ax: Axes | None = None) -> control.ControlPlot:
+        """Draw the learning curve: score and robust critical speed over the generations."""
+        from agents.learning_plots import plot_search
+
+        return plot_search(self.mean, self.judged, ax)
 
 
 class _Population(Controller):
@@ -143,10 +109,11 @@ def search_policy(
     *,
     lessons: Lessons | None = None,
     memory: MemorySettings | None = None,
+    aim: Aim | None = None,
     authority: float = 0.5,
-    generations: int = 60,
+    generations: int = 120,
     population: int = 16,
-    spread: float = 0.02,
+    spread: float = 0.01,
     judge_every: int = 10,
     seed: int = 0,
     period: float = CONTROL_PERIOD,
@@ -155,10 +122,10 @@ def search_policy(
     """Search a policy on top of a base controller by the returns of its episodes.
 
     The policy is linear in the features of its memory and odd, and steady readings cancel in it, so it
-    adds nothing at rest, be it on a curve. It starts as the base alone. The search moves a normal
-    distribution of weights towards the better episodes. Every few generations, and at the end, its
-    mean is linearised; the mean with the highest robust critical speed over the conicities of the
-    lessons is what comes out.
+    adds nothing at rest, be it on a curve. It starts from what linear models suggest. The search moves
+    a normal distribution of weights towards the better episodes. Every few generations, and at the
+    end, its mean is judged. What comes out is, of the judged ones whose robust critical speed is
+    within 0.5 m/s of the highest, the one with the best score.
 
     Parameters
     ----------
@@ -167,13 +134,16 @@ def search_policy(
     base : ScheduledController
     lessons : Lessons, optional
     memory : MemorySettings, optional
+        ``MEMORY`` when left out.
+    aim : Aim, optional
+        What the start is to reach in linear models.
     authority : float
         Largest share of the limit that the network commands.
     generations, population : int
     spread : float
-        Of the first generation's weights, in shares of the limit for a usual input.
+        Of the first generation's weights about the start, in shares of the limit for a usual input.
     judge_every : int
-        Generations between linearisations.
+        Generations between judgements.
     seed : int
     period : float
         Control period, s.
@@ -189,10 +159,7 @@ def search_policy(
     import cma
 
     todo = Lessons() if lessons is None else lessons
-    remembered = MemorySettings(corners=(0.2, 1.0, 4.0, 12.0)) if memory is None else memory
-    search = _Search(model, base, todo, remembered, authority, period)
-    options = {"popsize": population, "seed": seed + 1, "verbose": -9}
-    strategy = cma.CMAEvolutionStrategy(np.zeros(search.dimension), spread, options)
+    wanted = Aim() if aim is None else aim
     turns: Iterable[int] = range(generations)
     if progress:
         from rich.progress import track
@@ -200,40 +167,55 @@ def search_policy(
         turns = track(turns, description="policy search", total=generations)
     means: list[float] = []
     bests: list[float] = []
-    judged = [(0, search.robust(np.zeros(search.dimension)), np.zeros(search.dimension))]
-    try:
-        with one_blas_thread():
+    with one_blas_thread():
+        search = _Search(model, base, todo, memory or MEMORY, authority, period)
+        start = search.start(wanted)
+        judged = [search.judged(0, start)]
+        options = {"popsize": population, "seed": seed + 1, "verbose": -9}
+        strategy = cma.CMAEvolutionStrategy(start, spread, options)
+        try:
             for turn in turns:
                 candidates = np.array(strategy.ask())
-                scores = search.scores(candidates, seed + turn)
+                scores = search.scores(candidates)
                 strategy.tell(candidates, (-scores).tolist())
                 means.append(float(scores.mean()))
                 bests.append(max([*bests[-1:], float(scores.max())]))
                 if (turn + 1) % judge_every == 0 or turn + 1 == generations:
-                    centre = np.asarray(strategy.mean)
-                    judged.append((turn + 1, search.robust(centre), centre))
-    except KeyboardInterrupt:
-        pass
-    _, robust, weights = max(judged, key=lambda row: row[1])
+                    judged.append(search.judged(turn + 1, np.array(strategy.mean)))
+        except KeyboardInterrupt:
+            pass
+    highest = max(row.robust for row in judged)
+    chosen = max((row for row in judged if row.robust >= highest - _LOST), key=lambda row: row.score)
+    curve = [[row.generation, row.robust, row.score] for row in judged]
     about = {
         "algorithm": "policy search, CMA-ES",
-        "lessons": asdict(todo),
+        "lessons": todo.plain(),
+        "aim": dataclasses.asdict(wanted),
         "generations": len(means),
         "population": population,
+        "spread": spread,
         "seed": seed,
-        "robust": robust,
+        "chosen": chosen.generation,
+        "means": means,
+        "judged": curve,
     }
     return Searched(
-        search.policy(weights, about),
+        search.policy(chosen.weights, about),
         np.array(bests),
         np.array(means),
-        np.array([(turn, speed) for turn, speed, _ in judged]),
-        len(means) * population * len(todo.cases()),
+        np.array(curve),
+        len(means) * population * len(todo.cases),
     )
 
 
-def _track(seed: int) -> Track:
-    return Track("low", noise=True, seed=seed)
+@dataclass(frozen=True)
+class _Judged:
+    """A search's mean weights at some generation, and what they reach."""
+
+    generation: int
+    weights: Array
+    robust: float
+    score: float
 
 
 class _Search:
@@ -250,7 +232,6 @@ class _Search:
     ) -> None:
         self.model = model
         self.lessons = lessons
-        self.cases = lessons.cases()
         self.readings = readings_of(model, "sensors", period)
         self.memory, self.base, self.authority, self.period = memory, base, authority, period
         inner = Memory(memory, self.readings, model.command_names, period, base)
@@ -262,14 +243,19 @@ class _Search:
         # what a curve adds to a reading passes all its filters alike: together they must not see it
         names = [*(reading.name for reading in self.readings), *inner.names]
         self._groups = []
-        for i in inner.filtered:
-            reading = names[i]
-            own = [k for k, name in enumerate(names) if name.startswith(f"{reading} below")]
-            if own:  # the slowest filter takes out what the others have of a steady reading
-                self._groups.append((own[0], [i, *own[1:]]))
-                used[own[0]] = False
-            else:
-                used[i] = False
+        for reading in (names[i] for i in inner.filtered):
+            for end in ("", BY_SPEED) if memory.schedule else ("",):
+                own = [
+                    k
+                    for k, name in enumerate(names)
+                    if name.startswith(f"{reading} below") and name.endswith("Hz" + end)
+                ]
+                direct = names.index(reading + end)
+                if own:  # the slowest filter takes out what the others have of a steady reading
+                    self._groups.append((own[0], [direct, *own[1:]]))
+                    used[own[0]] = False
+                else:
+                    used[direct] = False
         self._used = np.flatnonzero(used)
         self._scale = np.ones(len(self._signs))
         self._scale = self._usual()
@@ -314,7 +300,7 @@ class _Search:
         """Return the size (rms) that every input has under the base."""
         controller = _Population(self.policy(np.zeros(self.dimension), {}), self._gains(
             np.zeros((1, self.dimension))))  # fmt: skip
-        rollout = Rollout(self.model, controller, self.cases, _track(0))
+        rollout = Rollout(self.model, controller, self.lessons.cases, Track("low", noise=True))
         total = np.zeros(len(self._signs))
         steps = round(1.0 / self.period)
         for _ in range(steps):
@@ -322,27 +308,23 @@ class _Search:
             rollout.step()
         return np.maximum(np.sqrt(total / steps), _SMALLEST_SCALE)
 
-    def scores(self, candidates: Array, seed: int) -> Array:
-        """Return the score of every candidate: mean return and that of the worst episodes."""
+    def start(self, aim: Aim) -> Array:
+        """Return the weights that linear models suggest."""
+        signals = [reading.signal for reading in self.readings]
+        return start_weights(
+            self.model, signals, lambda w: self.policy(w, {}), self.dimension, aim, self.period
+        )
+
+    def scores(self, candidates: Array) -> Array:
+        """Return the score of every candidate, shape (candidates,)."""
         frame = self.policy(np.zeros(self.dimension), {})
         controller = _Population(frame, self._gains(candidates))
-        rollout = Rollout(self.model, controller, self.cases * len(candidates), _track(seed))
-        steps = round(self.lessons.duration / self.period)
-        total = np.zeros(len(rollout.cases))
-        for _ in range(steps):
-            rollout.step()
-            hunting, excursion, _, effort = rollout.fleet.terms[:, 1:5].T
-            total -= 0.5 * hunting + 0.5 * excursion + self.lessons.effort * effort
-        returns = np.sort((total / steps).reshape(len(candidates), -1), axis=1)
-        count = max(1, round(self.lessons.worst * returns.shape[1]))
-        worst = returns[:, :count].mean(axis=1)
-        weight = self.lessons.emphasis
-        return np.asarray(weight * worst + (1.0 - weight) * returns.mean(axis=1))
+        return self.lessons.scores(self.model, controller, len(candidates))
 
-    def robust(self, weights: Array) -> float:
-        """Return the robust critical speed (m/s) over the lessons' conicities; 0 if there is none."""
-        ends = (min(self.lessons.conicities), max(self.lessons.conicities))
+    def judged(self, generation: int, weights: Array) -> _Judged:
+        """Return what weights reach."""
         found = design.robust_critical_speed(
-            self.model, self.policy(weights, {}), {"conicity": ends}, samples=6
+            self.model, self.policy(weights, {}), {"conicity": CONICITIES}, samples=6
         )
-        return found.speed or 0.0
+        score = float(self.scores(weights[None])[0])
+        return _Judged(generation, weights.copy(), found.speed or 0.0, score)

@@ -61,12 +61,15 @@ class Track:
     noise : bool
         Whether sensors have noise and bias.
     seed : int
-        Of noise, biases and the place on the line; case i has ``seed + i``.
+        Of noise, biases and the place on the line, each case having its own.
+    repeats_after : int, optional
+        After so many cases noise, biases and places begin again: what is compared meets the same.
     """
 
     irregularity: Level | None = None
     noise: bool = False
     seed: int = 0
+    repeats_after: int | None = None
 
 
 @dataclass(frozen=True)
@@ -216,7 +219,8 @@ def _settings(
 
 
 def _episode(settings: Settings, case: Case, track: Track, i: int) -> Episode:
-    rng = np.random.default_rng([track.seed, i])
+    own = i if track.repeats_after is None else i % track.repeats_after
+    rng = np.random.default_rng([track.seed, own])
     speed = checks.number("speed of a case", case.speed, low=LOWEST_SPEED, unit="m/s")
     vehicle = settings.vehicle.replace(**case.vehicle) if case.vehicle else settings.vehicle
     return Episode(

@@ -31,7 +31,7 @@ def _learned(model: Equipped) -> Controller:
     """Search a policy on top of the shipped output feedback."""
     base = shipped("output-feedback")
     assert isinstance(base, ScheduledController)
-    return search_policy(model, base, generations=80, judge_every=4, progress=True).policy
+    return search_policy(model, base, progress=True).policy
 
 
 DESIGNS: Mapping[str, Design] = {

@@ -16,6 +16,7 @@ from agents.scheduled import readings_of
 
 PERIOD = 0.005
 FULL = MemorySettings(history=2, corners=(0.5, 4.0), past_commands=2)
+SCHEDULED = dataclasses.replace(FULL, schedule=(40.0, 160.0))
 
 
 def network(signs, outputs=1, activation="tanh", squash="none", gain=0.3, seed=0):
@@ -53,10 +54,10 @@ def lqg(vehicle):
     return agents.LQG.design(vehicle, speeds=[80.0, 120.0, 160.0])
 
 
-@pytest.fixture(params=["alone", "on LQG"])
+@pytest.fixture(params=["alone", "scheduled", "on LQG", "scheduled, on LQG"])
 def learned(request, vehicle):
-    base = request.getfixturevalue("lqg") if request.param == "on LQG" else None
-    return policy(vehicle, base=base)
+    base = request.getfixturevalue("lqg") if "on LQG" in request.param else None
+    return policy(vehicle, SCHEDULED if "scheduled" in request.param else FULL, base=base)
 
 
 def observations(model, count, steps, observation="sensors", seed=1, speed=1.2):
@@ -161,6 +162,33 @@ def test_rows_that_restart_forget(vehicle, lqg):
     first = fresh.features(y[8])
     np.testing.assert_array_equal(restarted[1], first[1])
     assert not np.allclose(restarted[[0, 2]], first[[0, 2]])
+
+
+def test_products_with_speed_go_from_minus_to_plus(vehicle):
+    settings = MemorySettings(corners=(4.0,), past_commands=1, schedule=(40.0, 160.0))
+    readings = readings_of(vehicle, "sensors")
+    memory = Memory(settings, readings, vehicle.command_names, PERIOD)
+    plain = len(MemorySettings(corners=(4.0,), past_commands=1).corners) * 3 + 1
+    assert memory.names[plain:] == [
+        f"{name} by speed"
+        for name in (*(readings[i].name for i in memory.filtered), *memory.names[:plain])
+    ]
+    at = [r.name for r in readings].index("speed")
+    for speed, share in ((30.0, -1.0), (40.0, -1.0), (100.0, 0.0), (130.0, 0.5), (200.0, 1.0)):
+        memory.reset(1)
+        y = np.full((1, len(readings)), 0.3)
+        y[0, at] = speed / readings[at].scale
+        memory.features(y)
+        memory.advance(np.array([[0.7]]))
+        found = memory.features(y)[0]
+        np.testing.assert_allclose(found[plain + 2 :], share * found[:plain], atol=1e-12)
+        np.testing.assert_allclose(found[plain : plain + 2], share * 0.3, atol=1e-12)
+
+
+@pytest.mark.parametrize("schedule", [(100.0, 50.0), (0.0, 50.0), 3.0, (1.0, 2.0, 3.0)])
+def test_impossible_schedules_raise(schedule):
+    with pytest.raises(railenv.ParameterError, match=r"schedule|speed"):
+        MemorySettings(schedule=schedule)
 
 
 def test_wrong_shapes_raise(learned):

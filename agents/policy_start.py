@@ -1,0 +1,139 @@
+"""Where a policy search starts: weights at which every vehicle of a family decays, from linear models.
+
+Episodes hardly show how to damp a mode that a policy does not yet move; the linearised closed loop
+does. Its eigenvalues are differentiable in the weights of a policy that is linear in its inputs, so
+what growth rates exceed their aim by is minimised with its gradient. The search goes on from there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg, optimize
+
+import design
+from agents.family import Family
+from railenv import Equipped, checks
+from railenv.errors import ParameterError
+
+Array = NDArray[np.float64]
+
+_SLOWEST = 4  # modes of each plant that are looked at
+_STEP = 1e-3  # of a weight; loops are affine in the weights, so any step is exact
+
+
+@dataclass(frozen=True, kw_only=True)
+class Aim:
+    """What the start is to reach.
+
+    Attributes
+    ----------
+    conicities, speeds : tuple of float
+        Every vehicle at every speed (m/s) up to the highest at which all of them are to be stable.
+    fast_conicities, fast_speeds : tuple of float
+        Beyond it, only these.
+    decay : float
+        Rate (1/s) at which every motion is to decay; faster earns nothing.
+    size : float
+        Weight of the squared weights, which keeps moments small.
+    """
+
+    conicities: tuple[float, ...] = (0.05, 0.1, 0.2, 0.3, 0.4)
+    speeds: tuple[float, ...] = (20.0, 30.0, 45.0, 65.0, 85.0, 115.0, 135.0, 150.0, 157.0, 160.0, 161.0)
+    fast_conicities: tuple[float, ...] = (0.05, 0.1)
+    fast_speeds: tuple[float, ...] = (190.0, 220.0, 260.0)
+    decay: float = 0.6
+    size: float = 0.05
+
+    def __post_init__(self) -> None:
+        if not self.conicities or not self.speeds:
+            raise ParameterError(
+                "an aim needs at least one conicity and one speed; one of them is empty"
+            )
+        checks.number("decay", self.decay, low=0.0, unit="1/s")
+        checks.number("weight of the size", self.size, low=0.0)
+
+
+def start_weights(
+    model: Equipped,
+    signals: list[str],
+    loop_of: Callable[[Array], design.Feedback],
+    dimension: int,
+    aim: Aim,
+    period: float,
+    iterations: int = 500,
+) -> Array:
+    """Return weights that minimise the cubes of what growth rates exceed ``-aim.decay`` by.
+
+    Parameters
+    ----------
+    model : Equipped
+    signals : list of str
+        What the policy reads, names of :mod:`design.feedback`.
+    loop_of : callable
+        Gives the policy of some weights; its linearisation must be affine in them.
+    dimension : int
+        Number of weights.
+    aim : Aim
+    period : float
+        Control period, s.
+    iterations : int
+        Of the quasi-Newton method.
+    """
+    plants = []
+    for conicities, speeds in (
+        (aim.conicities, aim.speeds),
+        (aim.fast_conicities, aim.fast_speeds),
+    ):
+        if not conicities or not speeds:
+            continue
+        family = Family.of(model, signals, conicities, speeds, period)
+        plants += [_plant(family, i, signals, loop_of, dimension) for i in range(len(family.speed))]
+
+    def cost(weights: Array) -> tuple[float, Array]:
+        total, slope = aim.size * float(weights @ weights), 2.0 * aim.size * weights
+        for constant, parts in plants:
+            rates, slopes = _slowest(constant, parts, weights, period)
+            excess = np.maximum(rates + aim.decay, 0.0)
+            total += float((excess**3).sum())
+            slope = slope + 3.0 * excess**2 @ slopes
+        return total, slope
+
+    found = optimize.minimize(
+        cost, np.zeros(dimension), jac=True, method="L-BFGS-B", options={"maxfun": iterations}
+    )
+    return np.asarray(found.x)
+
+
+def _plant(
+    family: Family,
+    i: int,
+    signals: list[str],
+    loop_of: Callable[[Array], design.Feedback],
+    dimension: int,
+) -> tuple[Array, Array]:
+    """Return a plant's closed loop without weights and its derivatives by them, balanced."""
+    at = np.array([family.speed[i] if name == "speed" else 0.0 for name in signals])
+
+    def loop(weights: Array) -> Array:
+        law = loop_of(weights).linearize(at)
+        A, B, C, D = (np.asarray(matrix)[None] for matrix in (law.A, law.B, law.C, law.D))
+        return family.loops(A, B, C, D, [i])[0]
+
+    constant = loop(np.zeros(dimension))
+    parts = np.array([(loop(row) - constant) / _STEP for row in _STEP * np.eye(dimension)])
+    _, (scale, _) = linalg.matrix_balance(constant, permute=False, separate=True)
+    balance = scale[None, :] / scale[:, None]
+    return constant * balance, parts * balance
+
+
+def _slowest(constant: Array, parts: Array, weights: Array, period: float) -> tuple[Array, Array]:
+    """Return growth rates of a loop's slowest modes (1/s), and their derivatives by the weights."""
+    values, left, right = linalg.eig(constant + np.tensordot(weights, parts, 1), left=True)
+    slowest = np.argsort(-np.abs(values))[:_SLOWEST]
+    mu, x, y = values[slowest], right[:, slowest], left[:, slowest].conj()
+    slopes = np.einsum("it,kij,jt->tk", y, parts, x) / (np.einsum("it,it->t", y, x) * mu)[:, None]
+    return np.log(np.abs(mu)) / period, slopes.real / period
