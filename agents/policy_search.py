@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 
 import design
 from agents.controller import Controller
-from agents.extras import require
 from agents.learned import LearnedPolicy
 from agents.memory import Memory, MemorySettings
 from agents.network import Network, Normalization
 from agents.rollout import Case, Rollout, Track
 from agents.scheduled import CONTROL_PERIOD, ScheduledController, readings_of
 from railenv import Equipped, checks
+from railenv.extras import require
 from railenv.threads import one_blas_thread
 
 Array = NDArray[np.float64]
@@ -183,7 +183,9 @@ def search_policy(
     Raises
     ------
     ParameterError
-        If the package ``cma`` is missing, or the base does not suit the vehicle.
+        If the base does not suit the vehicle.
+    MissingPackageError
+        If the package ``cma`` (extra ``rl``) is missing.
     """
     require("cma", "cma", "policy search")
     import cma

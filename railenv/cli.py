@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 from rich import box
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 import railenv
@@ -91,7 +92,7 @@ def main() -> None:
     try:
         app()
     except (RailenvError, OSError) as error:
-        err.print(f"[red]error:[/] {error}", highlight=False, soft_wrap=True)
+        err.print(f"[red]error:[/] {escape(str(error))}", highlight=False, soft_wrap=True)
         raise SystemExit(1) from None
 
 
@@ -105,7 +106,7 @@ def _start(
     for name in ("design", "agents"):
         problem = foreign_package(name)
         if problem:
-            err.print(f"[yellow]warning:[/] {problem}", highlight=False, soft_wrap=True)
+            err.print(f"[yellow]warning:[/] {escape(problem)}", highlight=False, soft_wrap=True)
 
 
 def foreign_package(name: str) -> str | None:
@@ -175,7 +176,7 @@ def _report(found: Any, plot: Path | None, as_json: bool) -> None:
 
 def _save(drawn: Any, path: Path) -> None:
     drawn.figure.savefig(path)
-    out.print(f"wrote {path}", highlight=False)
+    out.print(f"wrote {path}", markup=False, highlight=False)
 
 
 @app.command()
@@ -207,7 +208,7 @@ def vehicles(
         return
     out.print(_comparison(shown, rows) if name is None else _description(shown[0], rows))
     for v in shown:
-        out.print(f"{v.name}: {v.provenance}", highlight=False)
+        out.print(f"{v.name}: {v.provenance}", markup=False, highlight=False)
 
 
 def _comparison(shown: list[railenv.Vehicle], rows: list[vehicle_records.FieldDescription]) -> Table:
@@ -287,14 +288,14 @@ def critical_speed(
     if as_json:
         _print_json({"model": built.name, **found.summary()})
     else:
-        out.print(f"{built.name}: {found}", highlight=False)
+        out.print(f"{built.name}: {found}", markup=False, highlight=False)
     if plot:
         _save(found.plot(), plot)
     if animate:
         if found.mode_shape is None:
             raise ParameterError(f"--animate needs a critical mode, but {built.name} is {found}")
         found.mode_shape.animate().save(animate, writer="pillow")
-        out.print(f"wrote {animate}", highlight=False)
+        out.print(f"wrote {animate}", markup=False, highlight=False)
 
 
 @app.command()

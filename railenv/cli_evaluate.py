@@ -93,4 +93,4 @@ def tune(kind: str, model: Model, out: Path, console: Console) -> None:
     with console.status(f"designing {kind} for {equipped.plant.vehicle.name}"):
         controller = DESIGNS[kind](equipped)
     controller.save(out)
-    console.print(f"wrote {out}", highlight=False)
+    console.print(f"wrote {out}", markup=False, highlight=False)

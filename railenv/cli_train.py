@@ -90,7 +90,7 @@ def train(
         return
     out = Console()
     out.print(str(done), highlight=False, soft_wrap=True)
-    out.print(f"wrote {directory / 'best.npz'}", highlight=False, soft_wrap=True)
+    out.print(f"wrote {directory / 'best.npz'}", markup=False, highlight=False, soft_wrap=True)
 
 
 def _change(text: str) -> tuple[str, Any]:

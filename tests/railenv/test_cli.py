@@ -262,15 +262,6 @@ def test_version():
     assert invoke("--version").strip() == railenv.__version__
 
 
-def test_import_is_light():
-    code = (
-        "import sys, railenv; "
-        "print([m for m in ('numba', 'control', 'sympy', 'matplotlib', 'scipy') if m in sys.modules])"
-    )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert run.stdout.strip() == "[]"
-
-
 def test_bifurcation_reports_fold_and_hopf_point_and_draws_them(tmp_path):
     drawing = tmp_path / "branch.png"
     options = ["--model", "cooperrider", "--highest", "72", "--simulated", "3", "--plot", str(drawing)]
@@ -295,3 +286,16 @@ def test_bifurcation_maps_a_second_parameter_as_json():
 def test_a_malformed_map_is_an_error():
     result = CliRunner().invoke(cli.app, ["bifurcation", "--map", "conicity=1"])
     assert "name=low:high:count" in str(result.exception)
+
+
+def test_square_brackets_are_text(tmp_path):
+    """Rich reads ``[name]`` as markup, unless told not to."""
+    file = tmp_path / "mode[b].png"
+    assert f"wrote {file}" in invoke("critical-speed", "--plot", file).replace("\n", "")
+    run = subprocess.run(
+        [sys.executable, "-m", "railenv.cli", "simulate", "-s", "100", "--show", "y[b]"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.stderr.startswith("error: unknown state in --show: 'y[b]'")
