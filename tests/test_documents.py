@@ -7,7 +7,6 @@ import matplotlib.pyplot as plt
 import pytest
 from typer.testing import CliRunner
 
-import railenv
 from design.reproduction.sections.critical_speeds import CAPTION, HEADINGS, TITLE, CriticalSpeeds
 from railenv import cli
 
@@ -66,8 +65,3 @@ def test_links_between_the_pages_lead_somewhere():
         for target in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", page.read_text()):
             if not target.startswith("http"):
                 assert (page.parent / target).exists(), f"{page.name}: {target}"
-
-
-def test_changelog_names_the_current_version_or_unreleased_work():
-    text = (ROOT / "CHANGELOG.md").read_text()
-    assert f"[{railenv.__version__}]" in text or "[Unreleased]" in text
