@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
 
 def controllers(names: Sequence[str]) -> dict[str, agents.Controller]:
-    """Return controllers by what they were called: shipped ones by name, others by their file.
+    """Return controllers by what they are called: shipped ones by name, others by their file's name.
+
+    Files of the same name in several folders go by their whole paths.
 
     Raises
     ------
@@ -27,11 +29,12 @@ def controllers(names: Sequence[str]) -> dict[str, agents.Controller]:
     import agents
 
     found: dict[str, agents.Controller] = {}
-    for name in names:
+    stems = [Path(name).stem for name in names]
+    for name, stem in zip(names, stems, strict=True):
         if name in agents.shipped_names():
             found[name] = agents.shipped(name)
         elif Path(name).exists():
-            found[Path(name).stem] = agents.load(name)
+            found[stem if stems.count(stem) == 1 else name] = agents.load(name)
         else:
             raise ParameterError(
                 f"controller {name!r} is neither a file nor shipped; shipped are "

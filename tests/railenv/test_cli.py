@@ -8,8 +8,9 @@ import sys
 import pytest
 from typer.testing import CliRunner
 
+import agents
 import railenv
-from railenv import cli
+from railenv import cli, cli_evaluate
 
 runner = CliRunner()
 
@@ -299,3 +300,13 @@ def test_square_brackets_are_text(tmp_path):
         check=False,
     )
     assert run.stderr.startswith("error: unknown state in --show: 'y[b]'")
+
+
+def test_controllers_in_files_of_the_same_name_are_told_apart(tmp_path):
+    for name, folder in (("passive", "a"), ("yaw-rate", "b"), ("lqg", ".")):
+        (tmp_path / folder).mkdir(exist_ok=True)
+        agents.shipped(name).save(tmp_path / folder / ("other.npz" if folder == "." else "best.npz"))
+    files = [str(tmp_path / file) for file in ("a/best.npz", "b/best.npz", "other.npz")]
+    found = cli_evaluate.controllers([*files, "lqr"])
+    assert list(found) == [*files[:2], "other", "lqr"]
+    assert [c.name for c in found.values()] == ["Passive", "YawRateFeedback", "LQG", "LQR"]
