@@ -77,9 +77,10 @@ def table(evaluations: Sequence[agents.Evaluation]) -> Table:
     """Return the comparison as a table."""
     from agents.leaderboard import columns, row
 
-    shown = Table(title=f"{evaluations[0].vehicle}: critical speeds in m/s")
+    shown = Table(title=f"{evaluations[0].vehicle}: critical speeds in m/s", padding=(0, 0))
     for title in columns(evaluations[0]):
-        shown.add_column(title, justify="left" if title == "controller" else "right")
+        named = title == "controller"
+        shown.add_column(title, justify="left" if named else "right", no_wrap=named)
     for evaluation in evaluations:
         shown.add_row(*row(evaluation))
     return shown

@@ -23,7 +23,10 @@ def train(
         Path, typer.Option("--out", help="Directory of the run; new or empty unless resumed.")
     ] = Path("results/training"),
     steps: Annotated[
-        int | None, typer.Option(help="Environment steps; those of the recipe when left out.")
+        int | None,
+        typer.Option(
+            help="Environment steps, rounded up to whole rollouts; those of the recipe when left out."
+        ),
     ] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of everything random.")] = None,
     config: Annotated[
