@@ -81,9 +81,19 @@ DelayOption = Annotated[
     float | None, typer.Option(help="Transport delay of the commands, s; 0.01 if left out.")
 ]
 PeriodOption = Annotated[float | None, typer.Option(help="Control period, s; 0.005 if left out.")]
+
+
+def _drawable(path: Path | None) -> Path | None:
+    """Refuse a file that cannot be drawn into, before anything is computed."""
+    if path is not None and path.suffix not in (".png", ".svg", ".pdf"):
+        raise ParameterError(f"picture {str(path)!r} must end in .png, .svg or .pdf")
+    return path
+
+
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")]
 PlotOption = Annotated[
-    Path | None, typer.Option("--plot", help="Draw into this file (.png, .svg or .pdf).")
+    Path | None,
+    typer.Option("--plot", callback=_drawable, help="Draw into this file (.png, .svg or .pdf)."),
 ]
 
 
@@ -322,7 +332,8 @@ def locus(
     changes: SetOption = None,
     plot: PlotOption = None,
     damping_plot: Annotated[
-        Path | None, typer.Option(help="Draw damping ratio and frequency into this file.")
+        Path | None,
+        typer.Option(callback=_drawable, help="Draw damping ratio and frequency into this file."),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:

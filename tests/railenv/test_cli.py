@@ -225,6 +225,7 @@ def test_every_option_of_every_command_is_explained(command):
         (["margins", "-s", "60", "--controller", "magic"], "neither a file nor shipped"),
         (["margins", "-s", "60", "--controller", "lqg", "--period", "0.01"], "has its own"),
         (["locus", "-r", "400", "-c", "0.09", "--highest", "300"], None),
+        (["critical-speed", "--plot", "mode.xyz"], "must end in .png, .svg or .pdf"),
         (["reproduce", "--first-page", "--quick"], "the first page has one form"),
     ],
 )
