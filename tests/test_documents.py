@@ -84,11 +84,19 @@ def commands(page):
     """Return the command lines of a page: those of its blocks, without prompts and comments."""
     text = "".join(blocks(page, "")) + "".join(blocks(page, "console"))
     lines = text.replace("\\\n", " ").splitlines()
-    return [shlex.split(line.removeprefix("$ "), comments=True) for line in lines if line.strip()]
+    return [program(line.removeprefix("$ ")) for line in lines if line.strip()]
 
 
-def pages_that_run(program):
-    chosen = [page for page in PAGES if any(words[:1] == [program] for words in commands(page))]
+def program(line):
+    """Split a command line into words, without settings of the environment before them."""
+    words = shlex.split(line, comments=True)
+    while "=" in words[0]:
+        words = words[1:]
+    return words
+
+
+def pages_that_run(name):
+    chosen = [page for page in PAGES if any(words[0] == name for words in commands(page))]
     return [pytest.param(page, id=IDS[page]) for page in chosen]
 
 
@@ -116,8 +124,8 @@ def parsed(words):
 def test_commands_run(page, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.toml").write_text('base = "HIGH_SPEED_COACH"\nname = "mine"\n')
-    for program, *words in commands(page):
-        if program != "railenv" or (short := shortened(parsed(words))) is None:
+    for name, *words in commands(page):
+        if name != "railenv" or (short := shortened(parsed(words))) is None:
             continue
         result = CliRunner().invoke(cli.app, short)
         assert result.exit_code == 0, f"{words}: {result.output}"
@@ -143,11 +151,8 @@ def test_other_commands_name_what_exists():
     programs = set()
     for page in PAGES:
         for words in commands(page):
-            while "=" in words[0]:  # settings of the environment
-                words = words[1:]
-            program = words[0].rpartition("/")[2]
-            programs.add(program)
-            if program == "make":
+            programs.add(words[0].rpartition("/")[2])
+            if words[0] == "make":
                 assert set(words[1:]) <= targets, IDS[page]
         for name in re.findall(r"`make ([a-z]+)", TEXTS[page]):
             assert name in targets, f"{IDS[page]}: make {name}"
@@ -159,7 +164,7 @@ def test_other_commands_name_what_exists():
             r"`(?:python )?((?:examples|benchmarks|docs|notebooks)/[\w/.-]+\.\w+)`", TEXTS[page]
         ):
             assert (ROOT / name).exists(), f"{IDS[page]}: {name}"
-    assert programs <= {"make", "pip", "python", "railenv", "sbatch"}
+    assert programs <= {"make", "pip", "python", "railenv"}
 
 
 def test_table_of_the_readme_is_the_reports():
