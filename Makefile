@@ -3,7 +3,8 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-STAMP := $(VENV)/.installed
+INSTALLED := $(VENV)/.installed
+DEVELOPED := $(VENV)/.developed
 CONTROLLERS := passive yaw-rate lqg lqg-scheduled output-feedback lqr lqr-scheduled
 
 .DEFAULT_GOAL := help
@@ -14,21 +15,21 @@ help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 	@echo "The first target run creates $(VENV) with $(PYTHON); override with PYTHON=python3.12."
 
-demo: $(STAMP) ## write the first page of the reproduction report to results/
+demo: $(INSTALLED) ## write the first page of the reproduction report to results/
 	$(BIN)/railenv reproduce --first-page --out results
 
-report: $(STAMP) ## write the whole reproduction report to results/ (minutes)
+report: $(INSTALLED) ## write the whole reproduction report to results/ (minutes)
 	$(BIN)/railenv reproduce --out results
 
-test: $(STAMP) ## run the tests except those marked slow
+test: $(DEVELOPED) ## run the tests except those marked slow
 	$(BIN)/python -m pytest -n 2
 
-lint: $(STAMP) ## check style, formatting and types
+lint: $(DEVELOPED) ## check style, formatting and types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy railenv design agents
 
-docs: $(STAMP) ## regenerate the pages that are made from code and measurements
+docs: $(DEVELOPED) ## regenerate the pages that are made from code and measurements
 	$(BIN)/railenv vehicles --markdown > docs/vehicles.md
 	$(BIN)/python docs/make_environments.py --no-pictures
 	$(BIN)/python docs/make_equations.py
@@ -41,17 +42,17 @@ docs: $(STAMP) ## regenerate the pages that are made from code and measurements
 	$(BIN)/python -m benchmarks.scaling docs/scaling.md
 	$(BIN)/python -m benchmarks.run --markdown docs/benchmarks.md
 
-site: $(STAMP) ## build the documentation as a site in site/
+site: $(DEVELOPED) ## build the documentation as a site in site/
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs site
 	@echo "open site/index.html"
 
-kernels: $(STAMP) ## regenerate railenv/kernels from railenv/equations
+kernels: $(DEVELOPED) ## regenerate railenv/kernels from railenv/equations
 	$(BIN)/python -m railenv.kernels.generate
 
-controllers: $(STAMP) ## design and tune the shipped controllers again (some minutes)
+controllers: $(DEVELOPED) ## design and tune the shipped controllers again (some minutes)
 	for kind in $(CONTROLLERS); do $(BIN)/railenv tune $$kind --out agents/data/$$kind.npz; done
 
-bench: $(STAMP) ## run the benchmarks
+bench: $(DEVELOPED) ## run the benchmarks
 	$(BIN)/python -m benchmarks.run
 
 clean: ## remove results/, caches and build products (keeps the environment)
@@ -59,9 +60,14 @@ clean: ## remove results/, caches and build products (keeps the environment)
 	rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis *.egg-info
 	find . -path ./$(VENV) -prune -o -type d -name __pycache__ -prune -exec rm -rf {} +
 
-$(STAMP): pyproject.toml constraints.txt
+# What a user installs; enough for demo and report.
+$(INSTALLED): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "railenv needs Python 3.11 or newer: make PYTHON=python3.11 ..." >&2; exit 1; }
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install -c constraints.txt -e .
+	@touch $@
+
+$(DEVELOPED): $(INSTALLED)
 	$(BIN)/python -m pip install -c constraints.txt -e '.[dev,rl]'
 	@touch $@

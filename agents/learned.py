@@ -334,9 +334,11 @@ class LearnedPolicy(Controller):
         Raises
         ------
         ParameterError
-            If the extra ``rl`` is missing, or the model's network cannot be read.
+            If the model's network cannot be read.
+        MissingPackageError
+            If the extra ``rl`` is missing.
         """
-        from agents.extras import require_rl
+        from railenv.extras import require_rl
 
         require_rl("importing a model of Stable-Baselines3")
         from agents.from_sb3 import policy_parts

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 import design
 from agents.controller import Controller
-from agents.extras import require
 from agents.learned import LearnedPolicy
 from agents.lessons import Lessons
 from agents.memory import BY_SPEED, Memory, MemorySettings
@@ -27,6 +26,7 @@ from agents.policy_start import Aim, start_weights
 from agents.rollout import Rollout, Track
 from agents.scheduled import CONTROL_PERIOD, ScheduledController, readings_of
 from railenv import Equipped
+from railenv.extras import require
 from railenv.threads import one_blas_thread
 
 if TYPE_CHECKING:
@@ -153,7 +153,9 @@ def search_policy(
     Raises
     ------
     ParameterError
-        If the package ``cma`` is missing, or the base does not suit the vehicle.
+        If the base does not suit the vehicle.
+    MissingPackageError
+        If the package ``cma`` (extra ``rl``) is missing.
     """
     require("cma", "cma", "policy search")
     import cma

@@ -15,11 +15,11 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from agents.extras import require
 from agents.memory import MemorySettings
 from railenv import Actuator, Sensors, Vehicle, checks, vehicles
 from railenv.envs.settings import RewardWeights
-from railenv.errors import ParameterError
+from railenv.errors import MissingPackageError, ParameterError
+from railenv.extras import require
 
 Algorithm = Literal["ppo", "sac", "td3"]
 Criterion = Literal["return", "critical_speed", "robust_critical_speed"]
@@ -277,7 +277,7 @@ def _parsed(text: str, where: str) -> dict[str, Any]:
             import yaml
 
             content = yaml.safe_load(text)
-    except ParameterError:
+    except MissingPackageError:
         raise
     except Exception as e:  # yaml's own errors have no common base with json's
         raise ParameterError(f"{where} cannot be read: {e}") from None

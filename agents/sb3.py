@@ -21,8 +21,6 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
-from stable_baselines3.common.monitor import Monitor
-from stable_baselines3.common.vec_env import VecEnv
 
 from railenv.envs.environment import TERM_NAMES
 from railenv.envs.fleet import broadcast_options
@@ -30,7 +28,15 @@ from railenv.envs.metrics import episode_metrics
 from railenv.envs.settings import Settings
 from railenv.envs.vector import HuntingVectorEnv
 from railenv.errors import ParameterError
+from railenv.extras import require_rl
 from railenv.kernels import loader
+
+try:
+    from stable_baselines3.common.monitor import Monitor
+    from stable_baselines3.common.vec_env import VecEnv
+except ImportError:
+    require_rl("agents.sb3")
+    raise
 
 Indices = int | Iterable[int] | None
 """Which environments are meant: one, some, or all."""

@@ -162,6 +162,15 @@ class ScheduledController(Controller):
         self._speed_at = names.index("speed")
         self.reset()
 
+    def __str__(self) -> str:
+        reads = {"state": "full state", "sensors": "sensors"}[self.observation]
+        speeds = self.law.speeds
+        laws = "one law" if len(speeds) == 1 else f"laws for {speeds[0]:g} to {speeds[-1]:g} m/s"
+        return (
+            f"{self.name}: {laws} from {reads} to {', '.join(self.commands)}, "
+            f"order {self.law.A.shape[1]}, within {self.limit:g} N m, every {1e3 * self.period:g} ms"
+        )
+
     # ------------------------------------------------------------------ running
 
     def reset(self, count: int | None = None) -> None:

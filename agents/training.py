@@ -12,11 +12,11 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from agents.extras import require, require_rl
 from agents.learned import LearnedPolicy
 from agents.recipe import Recipe, recipe
 from agents.scheduled import ScheduledController
 from railenv.errors import ParameterError
+from railenv.extras import require, require_rl
 
 if TYPE_CHECKING:
     import control
@@ -117,7 +117,9 @@ def train(
     UnknownNameError
         If algorithm, environment or a key is not known.
     ParameterError
-        If a value is not allowed, a package is missing, or the directory is in use.
+        If a value is not allowed, or the directory is in use.
+    MissingPackageError
+        If the extra ``rl`` is missing, or ``tensorboard`` where it is needed.
     """
     given = dict(changes or {})
     for name, value in (("n_timesteps", total_timesteps), ("seed", seed), ("device", device)):
@@ -159,6 +161,8 @@ def resume(
     ------
     ParameterError
         If there is no run, or it has no checkpoint.
+    MissingPackageError
+        If the extra ``rl`` is missing, or ``tensorboard`` where it is needed.
     """
     require_rl("training")
     folder = Path(directory)

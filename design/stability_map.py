@@ -20,6 +20,7 @@ from design.study import Study, run_study
 from railenv import checks
 from railenv.equipment import Actuator, Sensors
 from railenv.errors import ParameterError
+from railenv.extras import require
 from railenv.models import CooperriderBogie, Model
 from railenv.vehicles import CooperriderParameters, Vehicle, describe
 
@@ -124,9 +125,10 @@ class StabilityMap:
 
         Raises
         ------
-        ImportError
-            If xarray is not installed.
+        MissingPackageError
+            If xarray is not installed (extra ``xarray``).
         """
+        require("xarray", "xarray", "to_xarray", "xarray")
         import xarray
 
         first, second = self.axes

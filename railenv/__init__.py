@@ -11,6 +11,7 @@ from railenv.equilibrium import Equilibrium, find_equilibrium
 from railenv.equipment import Actuator, Equipped, Sensors
 from railenv.errors import (
     EquilibriumError,
+    MissingPackageError,
     ParameterError,
     RailenvError,
     SimulationError,
@@ -45,6 +46,7 @@ __all__ = [
     "Equilibrium",
     "EquilibriumError",
     "Equipped",
+    "MissingPackageError",
     "Model",
     "ParameterError",
     "RailenvError",

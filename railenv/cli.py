@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.markup import escape
 
 import railenv
 from railenv import (
@@ -45,7 +46,7 @@ def main() -> None:
     try:
         app()
     except (RailenvError, OSError) as error:
-        err.print(f"[red]error:[/] {error}", highlight=False, soft_wrap=True)
+        err.print(f"[red]error:[/] {escape(str(error))}", highlight=False, soft_wrap=True)
         raise SystemExit(1) from None
 
 
@@ -59,7 +60,7 @@ def _start(
     for name in ("design", "agents"):
         problem = foreign_package(name)
         if problem:
-            err.print(f"[yellow]warning:[/] {problem}", highlight=False, soft_wrap=True)
+            err.print(f"[yellow]warning:[/] {escape(problem)}", highlight=False, soft_wrap=True)
 
 
 def foreign_package(name: str) -> str | None:

@@ -77,4 +77,4 @@ def report(found: Any, plot: Path | None, as_json: bool) -> None:
 def save(drawn: Any, path: Path) -> None:
     """Write a figure, and say so."""
     drawn.figure.savefig(path)
-    out.print(f"wrote {path}", highlight=False)
+    out.print(f"wrote {path}", markup=False, highlight=False)

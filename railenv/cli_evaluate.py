@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
 
 def controllers(names: Sequence[str]) -> dict[str, agents.Controller]:
-    """Return controllers by what they were called: shipped ones by name, others by their file.
+    """Return controllers by what they are called: shipped ones by name, others by their file's name.
+
+    Files of the same name in several folders go by their whole paths.
 
     Raises
     ------
@@ -27,11 +29,12 @@ def controllers(names: Sequence[str]) -> dict[str, agents.Controller]:
     import agents
 
     found: dict[str, agents.Controller] = {}
-    for name in names:
+    stems = [Path(name).stem for name in names]
+    for name, stem in zip(names, stems, strict=True):
         if name in agents.shipped_names():
             found[name] = agents.shipped(name)
         elif Path(name).exists():
-            found[Path(name).stem] = agents.load(name)
+            found[stem if stems.count(stem) == 1 else name] = agents.load(name)
         else:
             raise ParameterError(
                 f"controller {name!r} is neither a file nor shipped; shipped are "
@@ -74,9 +77,10 @@ def table(evaluations: Sequence[agents.Evaluation]) -> Table:
     """Return the comparison as a table."""
     from agents.leaderboard import columns, row
 
-    shown = Table(title=f"{evaluations[0].vehicle}: critical speeds in m/s")
+    shown = Table(title=f"{evaluations[0].vehicle}: critical speeds in m/s", padding=(0, 0))
     for title in columns(evaluations[0]):
-        shown.add_column(title, justify="left" if title == "controller" else "right")
+        named = title == "controller"
+        shown.add_column(title, justify="left" if named else "right", no_wrap=named)
     for evaluation in evaluations:
         shown.add_row(*row(evaluation))
     return shown
@@ -93,4 +97,4 @@ def tune(kind: str, model: Model, out: Path, console: Console) -> None:
     with console.status(f"designing {kind} for {equipped.plant.vehicle.name}"):
         controller = DESIGNS[kind](equipped)
     controller.save(out)
-    console.print(f"wrote {out}", highlight=False)
+    console.print(f"wrote {out}", markup=False, highlight=False)

@@ -7,6 +7,8 @@ from typing import Annotated, Literal
 
 import typer
 
+from railenv.errors import ParameterError
+
 ModelName = Literal["bogie", "dual-wheelset", "cooperrider"]
 
 VehicleOption = Annotated[
@@ -54,7 +56,17 @@ DelayOption = Annotated[
     float | None, typer.Option(help="Transport delay of the commands, s; 0.01 if left out.")
 ]
 PeriodOption = Annotated[float | None, typer.Option(help="Control period, s; 0.005 if left out.")]
+
+
+def drawable(path: Path | None) -> Path | None:
+    """Refuse a file that cannot be drawn into, before anything is computed."""
+    if path is not None and path.suffix not in (".png", ".svg", ".pdf"):
+        raise ParameterError(f"picture {str(path)!r} must end in .png, .svg or .pdf")
+    return path
+
+
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")]
 PlotOption = Annotated[
-    Path | None, typer.Option("--plot", help="Draw into this file (.png, .svg or .pdf).")
+    Path | None,
+    typer.Option("--plot", callback=drawable, help="Draw into this file (.png, .svg or .pdf)."),
 ]

@@ -22,6 +22,7 @@ from railenv.cli_options import (
     VehicleOption,
     WashoutOption,
     YawRateGainOption,
+    drawable,
 )
 from railenv.errors import ParameterError
 
@@ -48,14 +49,14 @@ def critical_speed(
     if as_json:
         print_json({"model": built.name, **found.summary()})
     else:
-        out.print(f"{built.name}: {found}", highlight=False)
+        out.print(f"{built.name}: {found}", markup=False, highlight=False)
     if plot:
         save(found.plot(), plot)
     if animate:
         if found.mode_shape is None:
             raise ParameterError(f"--animate needs a critical mode, but {built.name} is {found}")
         found.mode_shape.animate().save(animate, writer="pillow")
-        out.print(f"wrote {animate}", highlight=False)
+        out.print(f"wrote {animate}", markup=False, highlight=False)
 
 
 def locus(
@@ -81,7 +82,8 @@ def locus(
     changes: SetOption = None,
     plot: PlotOption = None,
     damping_plot: Annotated[
-        Path | None, typer.Option(help="Draw damping ratio and frequency into this file.")
+        Path | None,
+        typer.Option(callback=drawable, help="Draw damping ratio and frequency into this file."),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:

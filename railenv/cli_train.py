@@ -23,7 +23,10 @@ def train(
         Path, typer.Option("--out", help="Directory of the run; new or empty unless resumed.")
     ] = Path("results/training"),
     steps: Annotated[
-        int | None, typer.Option(help="Environment steps; those of the recipe when left out.")
+        int | None,
+        typer.Option(
+            help="Environment steps, rounded up to whole rollouts; those of the recipe when left out."
+        ),
     ] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of everything random.")] = None,
     config: Annotated[
@@ -90,7 +93,7 @@ def train(
         return
     out = Console()
     out.print(str(done), highlight=False, soft_wrap=True)
-    out.print(f"wrote {directory / 'best.npz'}", highlight=False, soft_wrap=True)
+    out.print(f"wrote {directory / 'best.npz'}", markup=False, highlight=False, soft_wrap=True)
 
 
 def _change(text: str) -> tuple[str, Any]:

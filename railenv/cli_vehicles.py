@@ -46,7 +46,7 @@ def vehicles(
         return
     out.print(_comparison(shown, rows) if name is None else _description(shown[0], rows))
     for v in shown:
-        out.print(f"{v.name}: {v.provenance}", highlight=False)
+        out.print(f"{v.name}: {v.provenance}", markup=False, highlight=False)
 
 
 def _comparison(shown: list[railenv.Vehicle], rows: list[vehicle_records.FieldDescription]) -> Table:

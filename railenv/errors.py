@@ -35,6 +35,10 @@ class UnknownNameError(ParameterError):
         super().__init__(f"unknown {kind}: {', '.join(parts)}; allowed are {', '.join(allowed)}")
 
 
+class MissingPackageError(RailenvError, ImportError):
+    """A package of an extra is needed and not installed."""
+
+
 class EquilibriumError(RailenvError):
     """No running equilibrium was found.
 

@@ -1,28 +1,66 @@
 """What README and docs say is what the code does."""
 
+import doctest
 import re
-from pathlib import Path
+import shlex
+import tomllib
 
 import matplotlib.pyplot as plt
 import pytest
+from typer.main import get_command
 from typer.testing import CliRunner
 
 import railenv
 from design.reproduction.sections.critical_speeds import CAPTION, HEADINGS, TITLE, CriticalSpeeds
 from railenv import cli
+from tests.pages import DOCS, ROOT
 
-ROOT = Path(__file__).resolve().parent.parent
-DOCS = ROOT / "docs"
-PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md")), *sorted(DOCS.glob("how-to/*.md"))]
-BLOCKS = {page: re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL) for page in PAGES}
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.rglob("*.md"))]
+TEXTS = {page: page.read_text(encoding="utf-8") for page in PAGES}
+IDS = {page: str(page.relative_to(ROOT)) for page in PAGES}
+NEEDS_RL = re.compile(r"stable_baselines3|agents\.(train|resume|search_policy)\b")
+NOT_INSTALLED = re.compile(r"^(from|import) ray\b", re.MULTILINE)
+"""What no extra installs; such code is only compiled."""
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if BLOCKS[page]], ids=lambda page: page.name)
+BLOCKS = {
+    page: re.findall(r"^ *```([^\n]*)\n(.*?)^ *```$", text, re.DOTALL | re.MULTILINE)
+    for page, text in TEXTS.items()
+}
+DIRECTIVES = {"{toctree}", "{include} ../CHANGELOG.md", "{include} ../CONTRIBUTING.md"}
+
+
+def blocks(page, kind):
+    """Return the fenced blocks of a kind; "" is those without one."""
+    return [text for found, text in BLOCKS[page] if found == kind]
+
+
+def pages_with(kind):
+    return [pytest.param(page, id=IDS[page]) for page in PAGES if blocks(page, kind)]
+
+
+def test_every_block_is_of_a_kind_that_is_tested():
+    for page in PAGES:
+        assert TEXTS[page].count("```") == 2 * len(BLOCKS[page]), IDS[page]
+        assert {kind for kind, _ in BLOCKS[page]} <= {"", "console", "python", "toml"} | DIRECTIVES
+
+
+@pytest.mark.parametrize("page", pages_with("python"))
 def test_python_blocks_run_and_print_what_their_comments_say(page, capsys, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     namespace = {"__name__": "__main__"}  # a block may go on from those above it
-    for i, block in enumerate(BLOCKS[page]):
-        exec(compile(block, f"{page.name}, block {i}", "exec"), namespace)
+    for i, block in enumerate(blocks(page, "python")):
+        name = f"{page.name}, block {i}"
+        if block.startswith(">>>"):
+            test = doctest.DocTestParser().get_doctest(block, {}, name, None, 0)
+            assert doctest.DocTestRunner().run(test).failed == 0
+            continue
+        code = compile(block, name, "exec")
+        if NOT_INSTALLED.search(block):
+            continue
+        if NEEDS_RL.search(block):
+            pytest.importorskip("stable_baselines3", reason="needs the extra rl")
+        exec(code, namespace)
         plt.close("all")
         printed = capsys.readouterr().out.splitlines()
         promised = [
@@ -31,14 +69,102 @@ def test_python_blocks_run_and_print_what_their_comments_say(page, capsys, monke
         assert printed == promised
 
 
-def test_commands_of_the_readme_run(monkeypatch, tmp_path):
+@pytest.mark.parametrize("page", pages_with("toml"))
+def test_toml_blocks_are_vehicles(page, tmp_path):
+    for block in blocks(page, "toml"):
+        (tmp_path / "mine.toml").write_text(block)
+        vehicle = railenv.Vehicle.from_toml(tmp_path / "mine.toml")
+        assert vehicle.name == tomllib.loads(block)["name"]
+
+
+# ----------------------------------------------------------------------------- commands
+
+
+def commands(page):
+    """Return the command lines of a page: those of its blocks, without prompts and comments."""
+    text = "".join(blocks(page, "")) + "".join(blocks(page, "console"))
+    lines = text.replace("\\\n", " ").splitlines()
+    return [program(line.removeprefix("$ ")) for line in lines if line.strip()]
+
+
+def program(line):
+    """Split a command line into words, without settings of the environment before them."""
+    words = shlex.split(line, comments=True)
+    while "=" in words[0]:
+        words = words[1:]
+    return words
+
+
+def pages_that_run(name):
+    chosen = [page for page in PAGES if any(words[0] == name for words in commands(page))]
+    return [pytest.param(page, id=IDS[page]) for page in chosen]
+
+
+def shortened(words):
+    """Return a command in a form that takes seconds; None where there is none."""
+    if words[0] == "reproduce" or "--resume" in words:
+        return None
+    if words[0] == "train":
+        pytest.importorskip("yaml", reason="needs the extra rl")
+        return [*words, "--show"]  # reads and checks the recipe
+    if words[0] == "map":
+        return [re.sub(r":40\b", ":2", word) for word in words]
+    return words
+
+
+def parsed(words):
+    """Parse a command as the command line does, and run nothing."""
+    words = [re.sub(r"\$\w+", "1", word) for word in words]  # a shell's variables
+    command = get_command(cli.app).commands[words[0]]
+    command.make_context(words[0], words[1:])
+    return words
+
+
+@pytest.mark.parametrize("page", pages_that_run("railenv"))
+def test_commands_run(page, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
-    text = (ROOT / "README.md").read_text()
-    commands = re.findall(r"^railenv (.+)$", text, re.MULTILINE)
-    assert len(commands) >= 5
-    for command in commands:
-        result = CliRunner().invoke(cli.app, command.split())
-        assert result.exit_code == 0, result.output
+    (tmp_path / "mine.toml").write_text('base = "HIGH_SPEED_COACH"\nname = "mine"\n')
+    for name, *words in commands(page):
+        if name != "railenv" or (short := shortened(parsed(words))) is None:
+            continue
+        result = CliRunner().invoke(cli.app, short)
+        assert result.exit_code == 0, f"{words}: {result.output}"
+
+
+def test_commands_in_sentences_exist():
+    known = get_command(cli.app).commands
+    found = 0
+    for page in PAGES:
+        for text in re.findall(r"`railenv ([^`]+)`", TEXTS[page].replace("\n", " ")):
+            name, *words = shlex.split(text)
+            assert name in known or name.startswith("-"), f"{IDS[page]}: railenv {text}"
+            options = {o for p in known[name].params for o in p.opts} if name in known else {name}
+            unknown = {word for word in words if word.startswith("-")} - options - {"--help"}
+            assert not unknown, f"{IDS[page]}: railenv {text}"
+            found += 1
+    assert found > 10
+
+
+def test_other_commands_name_what_exists():
+    targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    programs = set()
+    for page in PAGES:
+        for words in commands(page):
+            programs.add(words[0].rpartition("/")[2])
+            if words[0] == "make":
+                assert set(words[1:]) <= targets, IDS[page]
+        for name in re.findall(r"`make ([a-z]+)", TEXTS[page]):
+            assert name in targets, f"{IDS[page]}: make {name}"
+        for names in re.findall(r"(?:\.|railenv)\[([a-z,0-9]+)\]'", TEXTS[page]):
+            assert set(names.split(",")) <= set(project["optional-dependencies"]), IDS[page]
+        for name in re.findall(r"`?python -m ((?:examples|benchmarks|railenv)[\w.]*)", TEXTS[page]):
+            assert (ROOT / f"{name.replace('.', '/')}.py").exists(), f"{IDS[page]}: {name}"
+        for name in re.findall(
+            r"`(?:python )?((?:examples|benchmarks|docs|notebooks)/[\w/.-]+\.\w+)`", TEXTS[page]
+        ):
+            assert (ROOT / name).exists(), f"{IDS[page]}: {name}"
+    assert programs <= {"make", "pip", "python", "railenv"}
 
 
 def test_table_of_the_readme_is_the_reports():
@@ -63,11 +189,6 @@ def test_vehicle_page_is_generated_from_the_metadata():
 
 def test_links_between_the_pages_lead_somewhere():
     for page in PAGES:
-        for target in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", page.read_text()):
+        for target in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", TEXTS[page]):
             if not target.startswith("http"):
-                assert (page.parent / target).exists(), f"{page.name}: {target}"
-
-
-def test_changelog_names_the_current_version_or_unreleased_work():
-    text = (ROOT / "CHANGELOG.md").read_text()
-    assert f"[{railenv.__version__}]" in text or "[Unreleased]" in text
+                assert (page.parent / target).exists(), f"{IDS[page]}: {target}"

@@ -1,6 +1,5 @@
 """The environments' pages are what their generator makes of the code."""
 
-import doctest
 import re
 
 import pytest
@@ -29,16 +28,6 @@ def test_picture_is_animated_and_small(case):
     with Image.open(path) as picture:
         assert picture.n_frames > 10
         assert picture.size == make_environments.PICTURE
-
-
-@pytest.mark.parametrize("case", CASES)
-def test_examples_of_the_page_run(case):
-    text = (DOCS / "environments" / f"{case.file}.md").read_text(encoding="utf-8")
-    blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    assert blocks
-    for block in blocks:
-        test = doctest.DocTestParser().get_doctest(block, {}, case.file, None, 0)
-        assert doctest.DocTestRunner().run(test).failed == 0
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -142,6 +142,13 @@ def test_lqr_rests_on_a_curve_that_its_vehicle_runs_on(coach):
     assert loop.stable
 
 
+def test_controllers_print_as_one_line():
+    assert str(agents.shipped("lqg-scheduled")) == (
+        "LQG: laws for 20 to 240 m/s from sensors to command_b, order 26, within 26000 N m, every 5 ms"
+    )
+    assert str(agents.shipped("lqr")).startswith("LQR: one law from full state to command_b, order 0")
+
+
 def test_a_controller_of_ones_own_is_a_class_with_two_methods(coach):
     class Damper(agents.Controller):
         def reset(self, count=None):

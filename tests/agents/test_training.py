@@ -143,9 +143,9 @@ def test_environment_keywords_from_plain_data():
 
 def test_missing_packages_are_named(monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    with pytest.raises(railenv.ParameterError, match=r"railenv\[rl\]"):
+    with pytest.raises(railenv.MissingPackageError, match=r"railenv\[rl\]"):
         agents.resume("nowhere")
-    with pytest.raises(railenv.ParameterError, match="PyYAML"):
+    with pytest.raises(railenv.MissingPackageError, match="PyYAML"):
         recipe("ppo", BOGIE)
 
 

@@ -12,8 +12,6 @@ import railenv
 from agents.scheduled import readings_of
 from railenv.errors import ParameterError, UnknownNameError
 
-TORCH = pytest.importorskip("torch", reason="needs the extra rl")
-
 
 @pytest.fixture(scope="module")
 def coach():
@@ -41,15 +39,16 @@ def as_controller(model, gain, labels):
 
 def torch_copy(gain, labels):
     """A torch policy with the same gain, its Jacobian by autograd."""
-    layer = TORCH.nn.Linear(len(labels), 1, bias=False, dtype=TORCH.float64)
-    with TORCH.no_grad():
-        layer.weight[:] = TORCH.from_numpy(-gain)
+    torch = pytest.importorskip("torch", reason="needs the extra rl")
+    layer = torch.nn.Linear(len(labels), 1, bias=False, dtype=torch.float64)
+    with torch.no_grad():
+        layer.weight[:] = torch.from_numpy(-gain)
 
     def function(signals):
-        return layer(TORCH.from_numpy(signals)).detach().numpy()
+        return layer(torch.from_numpy(signals)).detach().numpy()
 
     def jacobian(signals):
-        return TORCH.autograd.functional.jacobian(layer, TORCH.from_numpy(signals)).numpy()
+        return torch.autograd.functional.jacobian(layer, torch.from_numpy(signals)).numpy()
 
     return design.StaticFeedback(function, jacobian, labels, ["command_b"])
 
@@ -71,13 +70,18 @@ def test_critical_speed_is_where_the_environment_turns_from_decay_to_growth(coac
     gain, labels = soft_gain(model)
     matrix = design.critical_speed(model, controller=gain, speed_range=(20.0, 400.0))
     assert matrix.loss == "hunting"
-    policy = design.critical_speed(
-        model, controller=torch_copy(gain, labels), speed_range=(20.0, 400.0)
-    )
-    assert policy.speed == pytest.approx(matrix.speed, rel=1e-9)
     controller = as_controller(model, gain, labels)
     simulated = agents.simulated_critical_speed(model, controller, matrix.speed)
     assert simulated == pytest.approx(matrix.speed, rel=5e-3)
+
+
+def test_a_network_of_torch_with_its_jacobian_has_the_critical_speed_of_its_matrix(coach):
+    gain, labels = soft_gain(coach)
+    matrix, policy = (
+        design.critical_speed(coach, controller=controller, speed_range=(20.0, 400.0))
+        for controller in (gain, torch_copy(gain, labels))
+    )
+    assert policy.speed == pytest.approx(matrix.speed, rel=1e-9)
 
 
 def test_delay_between_samples_is_exact_in_the_environment_too(coach):

@@ -8,8 +8,9 @@ import sys
 import pytest
 from typer.testing import CliRunner
 
+import agents
 import railenv
-from railenv import cli
+from railenv import cli, cli_evaluate
 
 runner = CliRunner()
 
@@ -224,6 +225,7 @@ def test_every_option_of_every_command_is_explained(command):
         (["margins", "-s", "60", "--controller", "magic"], "neither a file nor shipped"),
         (["margins", "-s", "60", "--controller", "lqg", "--period", "0.01"], "has its own"),
         (["locus", "-r", "400", "-c", "0.09", "--highest", "300"], None),
+        (["critical-speed", "--plot", "mode.xyz"], "must end in .png, .svg or .pdf"),
         (["reproduce", "--first-page", "--quick"], "the first page has one form"),
     ],
 )
@@ -262,15 +264,6 @@ def test_version():
     assert invoke("--version").strip() == railenv.__version__
 
 
-def test_import_is_light():
-    code = (
-        "import sys, railenv; "
-        "print([m for m in ('numba', 'control', 'sympy', 'matplotlib', 'scipy') if m in sys.modules])"
-    )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert run.stdout.strip() == "[]"
-
-
 def test_bifurcation_reports_fold_and_hopf_point_and_draws_them(tmp_path):
     drawing = tmp_path / "branch.png"
     options = ["--model", "cooperrider", "--highest", "72", "--simulated", "3", "--plot", str(drawing)]
@@ -295,3 +288,26 @@ def test_bifurcation_maps_a_second_parameter_as_json():
 def test_a_malformed_map_is_an_error():
     result = CliRunner().invoke(cli.app, ["bifurcation", "--map", "conicity=1"])
     assert "name=low:high:count" in str(result.exception)
+
+
+def test_square_brackets_are_text(tmp_path):
+    """Rich reads ``[name]`` as markup, unless told not to."""
+    file = tmp_path / "mode[b].png"
+    assert f"wrote {file}" in invoke("critical-speed", "--plot", file).replace("\n", "")
+    run = subprocess.run(
+        [sys.executable, "-m", "railenv.cli", "simulate", "-s", "100", "--show", "y[b]"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.stderr.startswith("error: unknown state in --show: 'y[b]'")
+
+
+def test_controllers_in_files_of_the_same_name_are_told_apart(tmp_path):
+    for name, folder in (("passive", "a"), ("yaw-rate", "b"), ("lqg", ".")):
+        (tmp_path / folder).mkdir(exist_ok=True)
+        agents.shipped(name).save(tmp_path / folder / ("other.npz" if folder == "." else "best.npz"))
+    files = [str(tmp_path / file) for file in ("a/best.npz", "b/best.npz", "other.npz")]
+    found = cli_evaluate.controllers([*files, "lqr"])
+    assert list(found) == [*files[:2], "other", "lqr"]
+    assert [c.name for c in found.values()] == ["Passive", "YawRateFeedback", "LQG", "LQR"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 
-from railenv.errors import ParameterError
+from railenv.errors import MissingPackageError
 
 
 def require(package: str, distribution: str, what: str, extra: str = "rl") -> None:
@@ -21,12 +21,13 @@ def require(package: str, distribution: str, what: str, extra: str = "rl") -> No
 
     Raises
     ------
-    ParameterError
+    MissingPackageError
     """
     if importlib.util.find_spec(package) is None:
-        raise ParameterError(
+        raise MissingPackageError(
             f"{what} needs {distribution}, which is not installed; install it with "
-            f"pip install 'railenv[{extra}]'"
+            f"pip install 'railenv[{extra}]'",
+            name=package,
         )
 
 
