@@ -37,10 +37,11 @@ import numba
 import numpy as np
 from numba import prange
 from numba.extending import intrinsic
+from railenv.kernels.cache import checked
 
 _options = dict(error_model="numpy", fastmath=False, boundscheck=False)
-jit = numba.njit(cache=True, **_options)
-parallel_jit = numba.njit(cache=True, parallel=True, **_options)
+jit = checked(numba.njit(**_options))
+parallel_jit = checked(numba.njit(parallel=True, **_options))
 inline = numba.njit(forceinline=True, **_options)
 real = np.{dtype}
 ROUNDER = real({rounder!r})
@@ -148,5 +149,10 @@ def _import(name: str, path: Path) -> ModuleType:
     spec: Any = importlib.util.spec_from_file_location(name, path)
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module  # Numba looks its functions' globals up there
-    spec.loader.exec_module(module)
+    try:
+        code = spec.loader.get_code(name)
+    except (EOFError, ImportError, TypeError, ValueError):  # Python's own compiled file is damaged
+        Path(importlib.util.cache_from_source(str(path))).unlink(missing_ok=True)
+        code = spec.loader.get_code(name)
+    exec(code, module.__dict__)
     return module
