@@ -10,6 +10,7 @@ use, not on import.
 from railenv.equilibrium import Equilibrium, find_equilibrium
 from railenv.equipment import Actuator, Equipped, Sensors
 from railenv.errors import (
+    EquationError,
     EquilibriumError,
     ParameterError,
     RailenvError,
@@ -42,6 +43,7 @@ __all__ = [
     "CooperriderBogie",
     "CooperriderParameters",
     "DualWheelset",
+    "EquationError",
     "Equilibrium",
     "EquilibriumError",
     "Equipped",

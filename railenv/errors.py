@@ -35,6 +35,10 @@ class UnknownNameError(ParameterError):
         super().__init__(f"unknown {kind}: {', '.join(parts)}; allowed are {', '.join(allowed)}")
 
 
+class EquationError(RailenvError, TypeError):
+    """Equations of motion hold something that no kernel can be generated from."""
+
+
 class EquilibriumError(RailenvError):
     """No running equilibrium was found.
 

@@ -61,8 +61,8 @@ class Model:
     ------
     ParameterError
         If a name is unusable or a parameter is not a finite number.
-    TypeError
-        If the equations use a function that cannot be compiled.
+    EquationError
+        If the equations use what cannot be compiled.
 
     Examples
     --------
