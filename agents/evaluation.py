@@ -23,6 +23,7 @@ from railenv import Bogie, DualWheelset, Equipped, checks
 from railenv.envs.metrics import episode_metrics
 from railenv.envs.observation import CANT_BASE
 from railenv.errors import EquilibriumError, ParameterError
+from railenv.files import write_whole
 
 if TYPE_CHECKING:
     import control
@@ -478,7 +479,7 @@ def _moments(rollout: Rollout, duration: float) -> Any:
 def save_evaluations(evaluations: Sequence[Evaluation], path: str | PathLike[str]) -> None:
     """Write evaluations to a JSON file."""
     rows = [e.summary() for e in evaluations]
-    Path(path).write_text(json.dumps(rows, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    write_whole(path, json.dumps(rows, indent=1, allow_nan=False) + "\n")
 
 
 def load_evaluations(path: str | PathLike[str]) -> list[Evaluation]:
@@ -492,7 +493,7 @@ def load_evaluations(path: str | PathLike[str]) -> list[Evaluation]:
     try:
         rows = json.loads(Path(path).read_text(encoding="utf-8"))
         return [Evaluation.from_summary(row) for row in rows]
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
         raise ParameterError(f"{path} is not a file of evaluations: {error}") from None
 
 

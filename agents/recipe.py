@@ -254,12 +254,9 @@ def recipe(
     """
     checks.known("algorithm", [algorithm], get_args(Algorithm))
     checks.known("environment", [env_id], list(ENVIRONMENTS))
-    if config is None:
-        shipped = resources.files("agents") / "hyperparams" / f"{algorithm}.yml"
-        text, where = shipped.read_text(encoding="utf-8"), str(shipped)
-    else:
-        text, where = Path(config).read_text(encoding="utf-8"), str(config)
-    content = _parsed(text, where)
+    shipped = resources.files("agents") / "hyperparams" / f"{algorithm}.yml"
+    where = shipped if config is None else Path(config)
+    content = _parsed(where)
     checks.known(f"environment in {where}", [env_id], list(content))
     entry: dict[str, Any] = content[env_id]
     for name, value in (changes or {}).items():
@@ -268,21 +265,40 @@ def recipe(
     return Recipe.of(algorithm, env_id, entry)
 
 
-def _parsed(text: str, where: str) -> dict[str, Any]:
+def recipe_of_run(path: Path) -> Recipe:
+    """Return the recipe in the ``run.json`` of a run.
+
+    Raises
+    ------
+    ParameterError
+        If the file is damaged, or a value in it is not allowed.
+    """
+    content = _parsed(path)
+    if len(content) != 1:
+        raise ParameterError(f"{path} has entries for {len(content)} environments; it must have one")
+    ((env_id, entry),) = content.items()
+    return Recipe.of(entry.pop("algorithm", ""), env_id, entry)
+
+
+def _parsed(path: Path | resources.abc.Traversable) -> dict[str, Any]:
+    """Return the entries of a YAML or JSON file by environment."""
+    json_file = path.name.endswith(".json")
+    if not json_file:
+        require("yaml", "PyYAML", f"reading {path}")
     try:
-        if where.endswith(".json"):
+        text = path.read_text(encoding="utf-8")
+        if json_file:
             content = json.loads(text)
         else:
-            require("yaml", "PyYAML", f"reading {where}")
             import yaml
 
             content = yaml.safe_load(text)
-    except ParameterError:
+    except OSError:
         raise
     except Exception as e:  # yaml's own errors have no common base with json's
-        raise ParameterError(f"{where} cannot be read: {e}") from None
+        raise ParameterError(f"{path} cannot be read: {e}") from None
     if not isinstance(content, dict) or not all(isinstance(v, dict) for v in content.values()):
-        raise ParameterError(f"{where} has no entries for environments")
+        raise ParameterError(f"{path} has no entries for environments")
     return content
 
 

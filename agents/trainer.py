@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import dataclasses
 import io
-import os
 from collections import deque
 from pathlib import Path
 from typing import Any
@@ -36,6 +35,7 @@ from agents.sb3 import HuntingVecEnv
 from agents.scheduled import ScheduledController
 from railenv import checks
 from railenv.errors import ParameterError
+from railenv.files import write_whole
 
 _MIRROR = {"ppo": MirrorActorCriticPolicy, "sac": MirrorSACPolicy, "td3": MirrorTD3Policy}
 _ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU, "elu": torch.nn.ELU}
@@ -199,9 +199,7 @@ class Trainer:
         writer = csv.DictWriter(text, names, lineterminator="\n")
         writer.writeheader()
         writer.writerows(dataclasses.asdict(e) for e in self.counted.evaluations)
-        partial = self.directory / ".evaluations.csv"
-        partial.write_text(text.getvalue(), encoding="utf-8")
-        os.replace(partial, self.directory / "evaluations.csv")
+        write_whole(self.directory / "evaluations.csv", text.getvalue())
 
 
 @dataclasses.dataclass

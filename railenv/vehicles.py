@@ -275,7 +275,7 @@ class Vehicle(ParameterRecord):
         try:
             text = Path(path).read_text(encoding="utf-8")
             data = tomllib.loads(text)
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        except (RecursionError, tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
             raise ParameterError(f"{path} is not a TOML file: {error}") from None
         names = [f.name for f in dataclasses.fields(cls)]
         checks.known(f"field in {path}", set(data) - {"base"}, names)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import os
 from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ from design.reproduction.section import Data, DataTable, Section
 from design.reproduction.store import Store
 from design.reproduction.workers import compute
 from railenv.errors import ParameterError, RailenvError
+from railenv.files import write_whole
 
 _LISTED = 3  # files are named one by one
 
@@ -124,7 +124,8 @@ def reproduce(
                 f"{store.directory}. Run the same command again, without --fresh, to go on"
             ) from None
     path = directory / "report.html"
-    _write(path, page(parts, note))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(path, page(parts, note))
     return Report(path, tuple(files), data, len(missing), len(pieces) - len(missing))
 
 
@@ -152,11 +153,3 @@ def _csv(table: DataTable, directory: Path) -> Path:
         writer.writerow(table.header)
         writer.writerows(table.rows)
     return path
-
-
-def _write(path: Path, text: str) -> None:
-    """Write a file whole: a reader never sees a half."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_suffix(f".{os.getpid()}.part")
-    temporary.write_text(text, encoding="utf-8")
-    os.replace(temporary, path)

@@ -21,6 +21,8 @@ from typing import Any, Literal
 
 import platformdirs
 
+from railenv.files import write_whole
+
 _KERNELS_GO_HERE = "# --- kernels go here ---\n"
 _LAYOUT_IMPORT = "from railenv.kernels.layout import Layout\n"
 _FUTURE = "from __future__ import annotations\n"  # allowed in a file's first lines only
@@ -126,7 +128,7 @@ def load(
     name = f"railenv_kernel_{hashlib.sha256(text.encode()).hexdigest()[:24]}"
     path = cache_directory() / f"{name}.py"
     if not _holds(path, text):
-        _write_whole(path, text)
+        write_whole(path, text)
     return _import(name, path)
 
 
@@ -135,14 +137,6 @@ def _holds(path: Path, text: str) -> bool:
         return path.read_text(encoding="utf-8") == text
     except (OSError, UnicodeDecodeError):
         return False
-
-
-def _write_whole(path: Path, text: str) -> None:
-    """Write a file so that another process never sees half of it."""
-    handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
-    with os.fdopen(handle, "w", encoding="utf-8") as stream:
-        stream.write(text)
-    os.replace(temporary, path)
 
 
 def _import(name: str, path: Path) -> ModuleType:
