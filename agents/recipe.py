@@ -19,7 +19,7 @@ from agents.extras import require
 from agents.memory import MemorySettings
 from railenv import Actuator, Sensors, Vehicle, checks, vehicles
 from railenv.envs.settings import RewardWeights
-from railenv.errors import ParameterError
+from railenv.errors import ParameterError, shown
 
 Algorithm = Literal["ppo", "sac", "td3"]
 Criterion = Literal["return", "critical_speed", "robust_critical_speed"]
@@ -97,6 +97,7 @@ class Evaluation:
         checks.whole("episodes of an evaluation", self.episodes)
         checks.whole("seed of the evaluation", self.seed, low=0)
         checks.known("criterion", [self.criterion], get_args(Criterion))
+        checks.mapping("env_kwargs of the evaluation", self.env_kwargs)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,7 +169,22 @@ class Recipe:
         checks.number("authority", self.authority, low=0.0, high=1.0, open_low=True)
         for name in ("symmetric", "normalize"):
             if not isinstance(getattr(self, name), bool):
-                raise ParameterError(f"{name} is {getattr(self, name)!r}; it must be true or false")
+                raise ParameterError(
+                    f"{name} is {shown(getattr(self, name))}; it must be true or false"
+                )
+        for name in ("env_kwargs", "hyperparameters"):
+            checks.mapping(name, getattr(self, name))
+        for name, kind in (
+            ("memory", MemorySettings),
+            ("evaluation", Evaluation),
+            ("curriculum", (Curriculum, type(None))),
+        ):
+            if not isinstance(getattr(self, name), kind):
+                raise ParameterError(f"{name} is {shown(getattr(self, name))}; it must be a mapping")
+        for name in ("base", "device"):
+            value = getattr(self, name)
+            if not isinstance(value, str) and not (name == "base" and value is None):
+                raise ParameterError(f"{name} is {shown(value)}; it must be a text")
         history = self.env_kwargs.get("history", 0)
         object.__setattr__(self, "memory", dataclasses.replace(self.memory, history=history))
         sde = self.hyperparameters.get("use_sde", False)
@@ -215,16 +231,23 @@ class Recipe:
         own = [f.name for f in dataclasses.fields(cls) if f.name != "hyperparameters"]
         values = {name: entry[name] for name in entry if name in own}
         values |= {"algorithm": algorithm, "env_id": env_id}
-        for name, kind in (
-            ("memory", MemorySettings),
-            ("curriculum", Curriculum),
-            ("evaluation", Evaluation),
-        ):
+        kinds = {"memory": MemorySettings, "curriculum": Curriculum, "evaluation": Evaluation}
+        for name, kind in kinds.items():
             if isinstance(values.get(name), Mapping):
                 checks.known(f"key of {name}", values[name], [f.name for f in dataclasses.fields(kind)])
+                _check_complete(name, kind, values[name])
                 values[name] = kind(**values[name])
+        _check_complete("recipe", cls, values)
         rest = {name: value for name, value in entry.items() if name not in own}
         return cls(**values, hyperparameters=rest)
+
+
+def _check_complete(name: str, kind: type[Any], values: Mapping[str, Any]) -> None:
+    """Raise ParameterError where a field without a default is missing."""
+    for f in dataclasses.fields(kind):
+        optional = (f.default, f.default_factory) != (dataclasses.MISSING, dataclasses.MISSING)
+        if f.name not in values and not optional:
+            raise ParameterError(f"{name} lacks {f.name}")
 
 
 def recipe(
@@ -259,7 +282,7 @@ def recipe(
     content = _parsed(where)
     checks.known(f"environment in {where}", [env_id], list(content))
     entry: dict[str, Any] = content[env_id]
-    for name, value in (changes or {}).items():
+    for name, value in checks.mapping("changes", changes).items():
         _change(entry, name.split("."), value)
     entry.pop("policy", None)  # rl-zoo3's files name it; there is one
     return Recipe.of(algorithm, env_id, entry)
@@ -328,15 +351,20 @@ def environment_keywords(plain: Mapping[str, Any], place: str) -> dict[str, Any]
         checks.known("reward weight", keywords["weights"], fields)
         keywords["weights"] = RewardWeights(**keywords["weights"])
     if isinstance(keywords.get("sensors"), Mapping):
-        keywords["sensors"] = Sensors.standard().replace(**keywords["sensors"])
+        keywords["sensors"] = _replaced(Sensors.standard(), keywords["sensors"])
     if isinstance(keywords.get("actuator_model"), Mapping):
         checks.known("actuator", [keywords.get("actuator", place)], list(_ACTUATORS))
         place = keywords.get("actuator", place)
-        keywords["actuator_model"] = _ACTUATORS[place]().replace(**keywords["actuator_model"])
+        keywords["actuator_model"] = _replaced(_ACTUATORS[place](), keywords["actuator_model"])
     if isinstance(keywords.get("randomize"), Mapping):
         ranges = keywords["randomize"]
         keywords["randomize"] = {name: _tuple(value) for name, value in ranges.items()}
     return {name: _tuple(value) for name, value in keywords.items()}
+
+
+def _replaced(record: Any, changes: Mapping[str, Any]) -> Any:
+    checks.known("field", changes, [f.name for f in dataclasses.fields(record)])
+    return record.replace(**changes)
 
 
 def _tuple(value: Any) -> Any:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from railenv import checks
-from railenv.errors import ParameterError
+from railenv.errors import ParameterError, shown
 from railenv.kernels import loader
 from railenv.models import Model
 
@@ -47,8 +48,13 @@ class Batch:
     def __init__(self, models: Sequence[Model], dtype: str = "float64") -> None:
         if not models:
             raise ParameterError("models is empty; a batch needs at least one model")
-        if dtype not in loader.LANES:
-            raise ParameterError(f"dtype is {dtype!r}; it must be 'float64' or 'float32'")
+        given: Any
+        for given in models:
+            if not isinstance(given, Model):
+                raise ParameterError(f"models contains {shown(given)}, which is no railenv.Model")
+        precision: Any = dtype
+        if not isinstance(precision, str) or precision not in loader.LANES:
+            raise ParameterError(f"dtype is {shown(dtype)}; it must be 'float64' or 'float32'")
         first = models[0]
         if any(model.equations is not first.equations for model in models):
             raise ParameterError("models of a batch must share their equations")

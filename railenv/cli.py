@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 from rich import box
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 import railenv
@@ -81,8 +82,29 @@ DelayOption = Annotated[
 ]
 PeriodOption = Annotated[float | None, typer.Option(help="Control period, s; 0.005 if left out.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")]
+
+
+def _picture(path: Path | None) -> Path | None:
+    """Check before anything is computed that a picture can be written."""
+    return _checked_path(path, (".png", ".svg", ".pdf"))
+
+
+def _animation(path: Path | None) -> Path | None:
+    return _checked_path(path, (".gif",))
+
+
+def _checked_path(path: Path | None, suffixes: tuple[str, ...]) -> Path | None:
+    if path is not None:
+        if path.suffix.lower() not in suffixes:
+            raise ParameterError(f"{str(path)!r} must end in {' or '.join(suffixes)}")
+        if not path.parent.is_dir():
+            raise ParameterError(f"folder {str(path.parent)!r} of {path.name} does not exist")
+    return path
+
+
 PlotOption = Annotated[
-    Path | None, typer.Option("--plot", help="Draw into this file (.png, .svg or .pdf).")
+    Path | None,
+    typer.Option("--plot", help="Draw into this file (.png, .svg or .pdf).", callback=_picture),
 ]
 
 
@@ -91,7 +113,8 @@ def main() -> None:
     try:
         app()
     except (RailenvError, OSError) as error:
-        err.print(f"[red]error:[/] {error}", highlight=False, soft_wrap=True)
+        said = escape(" ".join(str(error).split()))  # one line, also of what other libraries say
+        err.print(f"[red]error:[/] {said}", highlight=False, soft_wrap=True)
         raise SystemExit(1) from None
 
 
@@ -192,6 +215,10 @@ def vehicles(
     as_json: JsonOption = False,
 ) -> None:
     """Print the parameters of vehicles, with symbol, unit, meaning and source."""
+    forms = {"--toml": toml, "--markdown": markdown, "--json": as_json}
+    if sum(forms.values()) > 1:
+        given = " and ".join(form for form, is_given in forms.items() if is_given)
+        raise ParameterError(f"{given} exclude each other; give one of them")
     shown = [_vehicle(name)] if name else list(railenv.PRESETS)
     if toml:
         if name is None:
@@ -275,7 +302,8 @@ def critical_speed(
     changes: SetOption = None,
     plot: PlotOption = None,
     animate: Annotated[
-        Path | None, typer.Option(help="Animate the critical mode into this file (.gif).")
+        Path | None,
+        typer.Option(help="Animate the critical mode into this file (.gif).", callback=_animation),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -321,7 +349,8 @@ def locus(
     changes: SetOption = None,
     plot: PlotOption = None,
     damping_plot: Annotated[
-        Path | None, typer.Option(help="Draw damping ratio and frequency into this file.")
+        Path | None,
+        typer.Option(help="Draw damping ratio and frequency into this file.", callback=_picture),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:

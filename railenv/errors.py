@@ -5,6 +5,8 @@ from __future__ import annotations
 import difflib
 from typing import Any
 
+_LONGEST = 120  # characters of a value in a message
+
 
 class RailenvError(Exception):
     """Base of all exceptions that the package defines; they survive the way between processes."""
@@ -24,14 +26,20 @@ class ParameterError(RailenvError, ValueError):
     """A quantity has a value that is not allowed."""
 
 
+def shown(value: Any) -> str:
+    """Return a value as a message shows it: on one line, and not longer than it."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
+
+
 class UnknownNameError(ParameterError):
     """A name is not one of those that exist."""
 
     def __init__(self, kind: str, names: Any, allowed: Any) -> None:
         parts = []
         for name in sorted([names] if isinstance(names, str) else names, key=str):
-            close = difflib.get_close_matches(str(name), allowed, n=1)
-            parts.append(repr(name) + (f" (did you mean {close[0]!r}?)" if close else ""))
+            close = difflib.get_close_matches(str(name)[:_LONGEST], allowed, n=1)
+            parts.append(shown(name) + (f" (did you mean {close[0]!r}?)" if close else ""))
         super().__init__(f"unknown {kind}: {', '.join(parts)}; allowed are {', '.join(allowed)}")
 
 

@@ -20,7 +20,7 @@ from sympy.core.parameters import distribute
 
 from railenv.equations import functions
 from railenv.equations.symbolic import WherePositive
-from railenv.errors import EquationError, ParameterError, UnknownNameError
+from railenv.errors import EquationError, ParameterError, RailenvError, UnknownNameError
 
 CONDITIONS = ("speed", "curvature", "cant")
 
@@ -104,7 +104,9 @@ def trace(
         try:
             derivatives = list(equations(x, u, *conditions, named))
             further = list(signals(x, u, *conditions, named)) if signals else []
-        except TypeError as error:
+        except RailenvError:
+            raise
+        except (ArithmeticError, TypeError, ValueError) as error:
             raise EquationError(
                 f"the equations cannot be run on symbols: {error}. Use Python's operators and the "
                 "functions of railenv.equations.functions (not those of math or NumPy), and "
