@@ -17,6 +17,10 @@ PARALLEL_FROM = 64
 """Number of systems from which several threads pay."""
 
 
+MOST_STEPS = 10**9
+"""Steps of one call, which cannot be interrupted."""
+
+
 class Batch:
     """States, inputs, conditions and parameters of many systems that share their equations.
 
@@ -97,13 +101,17 @@ class Batch:
     def _checked(self, name: str, values: ArrayLike, labels: Sequence[str]) -> ArrayLike:
         try:
             array = np.asarray(values, dtype=float)
-        except (TypeError, ValueError):
-            raise ParameterError(f"{name} is {values!r}, which is not an array of numbers") from None
+        except (OverflowError, TypeError, ValueError):
+            raise ParameterError(
+                f"{name} is {shown(values)}, which is not an array of numbers"
+            ) from None
         if array.shape not in ((len(labels),), (self.n, len(labels))):
             raise ParameterError(
                 f"{name} has shape {array.shape}; it must be ({self.n}, {len(labels)}), or "
                 f"({len(labels)},) for all systems alike: {', '.join(labels)}"
             )
+        if not np.isfinite(array).all():
+            raise ParameterError(f"{name} is {shown(values)}; all entries must be finite")
         return array
 
     @property
@@ -144,6 +152,8 @@ class Batch:
     def integrate(self, *, step: float, steps: int, parallel: bool | None = None) -> None:
         """Advance all systems by some RK4 steps, inputs and conditions held.
 
+        States of a system that diverges do not stay finite; the others go on.
+
         Parameters
         ----------
         step : float
@@ -153,8 +163,7 @@ class Batch:
             Use all threads; by default from 64 systems on.
         """
         h = self._kernels.real(checks.number("step", step, low=0.0, open_low=True, unit="s"))
-        if not hasattr(steps, "__index__") or steps < 0:
-            raise ParameterError(f"steps is {steps!r}; it must be a whole number from 0")
+        steps = checks.whole("steps", steps, low=0, high=MOST_STEPS)
         if parallel is None:
             parallel = self.n >= PARALLEL_FROM
         kernel = self._kernels.rk4_blocks_parallel if parallel else self._kernels.rk4_blocks

@@ -156,7 +156,7 @@ def cant(value: Any) -> float:
 
 def curvature(radius: Any) -> float:
     """Return the curvature 1/R (1/m) of a curve radius in m; ``math.inf`` is tangent track."""
-    if isinstance(radius, (int, float)) and not isinstance(radius, bool) and math.isinf(radius):
+    if isinstance(radius, float) and math.isinf(radius):
         return 0.0
     value = number("radius", radius, unit="m")
     if abs(value) < 1.0:

@@ -193,12 +193,17 @@ def _report(found: Any, plot: Path | None, as_json: bool) -> None:
         for part in found.shown:
             out.print(part, highlight=False)
     if plot:
-        _save(found.draw(), plot)
+        _save(found.draw(), plot, as_json)
 
 
-def _save(drawn: Any, path: Path) -> None:
+def _save(drawn: Any, path: Path, as_json: bool) -> None:
     drawn.figure.savefig(path)
-    out.print(f"wrote {path}", highlight=False)
+    _say_written(path, as_json)
+
+
+def _say_written(path: Path, as_json: bool) -> None:
+    """Say that a file was written; not on standard output where that is JSON."""
+    (err if as_json else out).print(f"wrote {escape(str(path))}", highlight=False, soft_wrap=True)
 
 
 @app.command()
@@ -317,12 +322,12 @@ def critical_speed(
     else:
         out.print(f"{built.name}: {found}", highlight=False)
     if plot:
-        _save(found.plot(), plot)
+        _save(found.plot(), plot, as_json)
     if animate:
         if found.mode_shape is None:
             raise ParameterError(f"--animate needs a critical mode, but {built.name} is {found}")
         found.mode_shape.animate().save(animate, writer="pillow")
-        out.print(f"wrote {animate}", highlight=False)
+        _say_written(animate, as_json)
 
 
 @app.command()
@@ -371,7 +376,7 @@ def locus(
         )
     _report(found, plot, as_json)
     if damping_plot:
-        _save(locus.plot_damping(), damping_plot)
+        _save(locus.plot_damping(), damping_plot, as_json)
 
 
 @app.command()
@@ -554,7 +559,7 @@ def simulate(
     if plot:
         from design.plots import plot_response
 
-        _save(plot_response(response, names), plot)
+        _save(plot_response(response, names), plot, as_json)
 
 
 @app.command()
@@ -593,7 +598,7 @@ def evaluate(
     if plot:
         from agents.plots import plot_comparison
 
-        _save(plot_comparison(done), plot)
+        _save(plot_comparison(done), plot, as_json)
 
 
 @app.command()

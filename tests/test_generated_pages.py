@@ -1,12 +1,14 @@
 """What the pages take from the code is what the code says."""
 
 import inspect
+import json
 import re
 
 import numpy as np
 import pytest
 import sympy
 
+from benchmarks.reliability.run import AREAS
 from railenv.equations import (
     actuator,
     bogie,
@@ -152,6 +154,17 @@ def test_a_name_that_does_not_occur_is_refused():
 def test_numbers_of_the_validation_are_those_computed():
     make_validation = script("make_validation")
     assert make_validation.page(text("validation.md")) == text("validation.md")
+
+
+def test_tables_of_reliability_are_those_measured_and_nothing_failed():
+    make_reliability = script("make_reliability")
+    assert make_reliability.page(text("reliability.md")) == text("reliability.md")
+    data = json.loads(text("reliability.json"))
+    assert {row["name"] for row in data["fuzz"]} == {area.name for area in AREAS}
+    rows = data["fuzz"] + data["damage"]
+    assert not any("failure" in row["outcomes"] for row in rows)
+    assert sum(sum(row["outcomes"].values()) for row in data["fuzz"]) > 50_000
+    assert sum(row["simulated"] for row in data["soak"]) >= 3600.0
 
 
 def test_diagram_is_generated_and_its_stations_exist():

@@ -145,11 +145,6 @@ def _vectors(example: dict[str, Any]) -> None:
         _sane(env.observation_space, observation, rewards)
 
 
-_COUNTS = st.one_of(  # not those that only take long
-    values.ODD, values.EXTREME, st.integers(max_value=4), st.integers(min_value=2**20 + 1)
-)
-
-
 def _new_vector(example: dict[str, Any]) -> None:
     env = gymnasium.make_vec("railenv/Bogie-v0", vectorization_mode="vector_entry_point", **example)
     observation, _ = env.reset(seed=1)
@@ -443,7 +438,7 @@ AREAS = (
     Area(
         "keywords of vector environments",
         st.fixed_dictionaries(
-            {"num_envs": rarely(st.integers(1, 3), _COUNTS)},
+            {"num_envs": rarely(st.integers(1, 3), values.COUNTS)},
             optional={
                 "autoreset_mode": rarely(
                     st.sampled_from(["NextStep", "SameStep", "Disabled"]), ANYTHING

@@ -1,7 +1,7 @@
 """Runs a property over many random examples and counts the outcomes.
 
-An outcome is a result that the property found sane, or one of the package's own exceptions. Anything else
-(another exception, a result that is not finite, an example that takes too long) is a failure.
+An outcome is a result that the property found sane, or one of the package's own exceptions. Anything
+else (another exception, a result that is not finite, an example that takes too long) is a failure.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Area:
     examples : SearchStrategy
         Of hypothesis.
     check : callable
-        Does something with an example and checks the result; raises AssertionError where it is not sane.
+        Does something with an example; raises AssertionError where the result is not sane.
     count : int
         Examples of the full run.
     quick : int
@@ -99,13 +99,13 @@ def run(area: Area, count: int) -> Tally:
             tally.outcomes[outcome_of(area.check, example)] += 1
         except Exception as error:  # whatever it is, it is what was looked for
             tally.outcomes[FAILURE] += 1
-            _note(tally.failures, error, example)
+            note(tally.failures, error, example)
 
     one()
     return tally
 
 
-def _note(failures: dict[str, str], error: Exception, example: Any) -> None:
+def note(failures: dict[str, str], error: Exception, example: Any) -> None:
     """Keep the shortest example of each place and kind of failure."""
     frames = traceback.extract_tb(error.__traceback__)
     places = [f"{Path(f.filename).name}:{f.lineno}" for f in frames[-3:]]

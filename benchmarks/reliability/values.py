@@ -59,6 +59,10 @@ EXTREME = st.sampled_from([0.0, -0.0, 5e-324, 1e-300, 1e-12, -1.0, 1.0, 1e12, 1e
 ANYTHING = st.one_of(st.floats(), EXTREME, st.integers(), ODD, st.text(max_size=8))
 
 
+COUNTS = st.one_of(ODD, EXTREME, st.integers(max_value=4), st.integers(min_value=10**9 + 1))
+"""Wrong numbers of things, and small right ones; not those that only take long."""
+
+
 def number(low: float, high: float) -> st.SearchStrategy[Any]:
     """Mostly a number between low and high; now and then anything."""
     return rarely(st.floats(low, high), st.one_of(EXTREME, ANYTHING))
@@ -89,8 +93,8 @@ def vehicles(draw: Any) -> Vehicle:
 
 
 MODELS = st.one_of(
-    st.builds(lambda v: railenv.Bogie(v), vehicles()),
-    st.builds(lambda v: railenv.DualWheelset(v), vehicles()),
+    st.builds(railenv.Bogie, vehicles()),
+    st.builds(railenv.DualWheelset, vehicles()),
     st.builds(lambda v: railenv.Equipped(railenv.Bogie(v), "secondary"), vehicles()),
     st.just(railenv.CooperriderBogie()),
 )

@@ -10,6 +10,7 @@ expanded expressions takes minutes.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -178,7 +179,7 @@ def _compilable(value: Any, label: str, known: set[sympy.Symbol]) -> sympy.Expr:
         if node.is_Symbol:
             allowed = node in known
         elif node.is_number and not node.args:
-            allowed = bool(node.is_finite and node.is_real)
+            allowed = bool(node.is_real) and _is_float(node)
         else:
             allowed = (
                 node.is_Add
@@ -196,6 +197,13 @@ def _compilable(value: Any, label: str, known: set[sympy.Symbol]) -> sympy.Expr:
     constants = {c: sympy.Float(float(c)) for c in expression.atoms(sympy.NumberSymbol)}
     expression = expression.xreplace(constants)
     return expression.replace(sympy.Abs, lambda e: WherePositive(e, e, -e))
+
+
+def _is_float(number: sympy.Expr) -> bool:
+    try:
+        return math.isfinite(float(number))
+    except (OverflowError, TypeError):
+        return False
 
 
 def _with_integers(expression: sympy.Expr) -> sympy.Expr:

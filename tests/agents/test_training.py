@@ -4,6 +4,7 @@ import dataclasses
 import json
 import math
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -24,7 +25,7 @@ import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecNormalize
 
-from agents import trainer
+from agents import checkpoints, trainer
 from agents.memory import MemorySettings
 from agents.memory_env import MemoryVecEnv
 from agents.sb3 import HuntingVecEnv
@@ -320,6 +321,30 @@ def test_killed_training_resumes(tmp_path):
     resumed = agents.resume(tmp_path / "b")
     for name, value in arrays(whole.last).items():
         np.testing.assert_array_equal(arrays(resumed.last)[name], value)
+
+
+def test_damaged_checkpoints_are_refused_and_never_opened(tmp_path):
+    run = tmp_path / "run"
+    agents.train("ppo", BOGIE, total_timesteps=512, seed=3, changes=tiny("ppo"), directory=run)
+    last = checkpoints.latest(run)
+    for path in sorted(last.iterdir()):
+        whole = path.read_bytes()
+        for content in (whole[: len(whole) // 2], whole[:50] + b"?" + whole[51:], b""):
+            path.write_bytes(content)
+            with pytest.raises(railenv.ParameterError, match="is damaged; delete that folder"):
+                agents.resume(run, total_timesteps=640)
+        path.write_bytes(whole)
+    exploded = tmp_path / "exploded"
+    bomb = f"cos\nsystem\n(S'touch {exploded}'\ntR.".encode()
+    (last / "state.pkl").write_bytes(bomb)
+    with pytest.raises(railenv.ParameterError, match="is damaged"):
+        agents.resume(run, total_timesteps=640)
+    assert not exploded.exists()
+    whole = agents.train("ppo", BOGIE, total_timesteps=640, seed=3, changes=tiny("ppo"))
+    shutil.rmtree(last)
+    again = agents.resume(run, total_timesteps=640)  # from the one before
+    for name, value in arrays(whole.last).items():
+        np.testing.assert_array_equal(arrays(again.last)[name], value)
 
 
 def test_runs_do_not_write_over_each_other(tmp_path):
