@@ -111,7 +111,8 @@ class Batch:
                 f"({len(labels)},) for all systems alike: {', '.join(labels)}"
             )
         if not np.isfinite(array).all():
-            raise ParameterError(f"{name} is {shown(values)}; all entries must be finite")
+            *_, entry = place = tuple(np.argwhere(~np.isfinite(array))[0])
+            raise ParameterError(f"{labels[entry]} is {array[place]:g} in {name}; it must be finite")
         return array
 
     @property
