@@ -75,6 +75,7 @@ class Trainer:
         self.judged = self._memory_env(recipe.evaluation.episodes, base, evaluation=True)
         self.counted = Counted()
         kind = ALGORITHMS[recipe.algorithm]
+        self.resumed = resumed and directory is not None
         if resumed and directory is not None:
             path = checkpoints.latest(directory)
             self.model, kept = checkpoints.load(path, kind, self.env, recipe.device)
@@ -135,8 +136,8 @@ class Trainer:
         left = total_timesteps - self.model.num_timesteps
         callback = Between(self, total_timesteps, progress)
         if left > 0:
-            fresh = self.model.num_timesteps == 0
-            self.model.learn(left, callback=callback, reset_num_timesteps=fresh)
+            # a run resumed from its first checkpoint, at 0 steps, has been reset already
+            self.model.learn(left, callback=callback, reset_num_timesteps=not self.resumed)
 
     def policy(self) -> LearnedPolicy:
         """Return the present policy."""

@@ -25,6 +25,11 @@ def table(headings: list[str], rows: list[list[str]], text_columns: int = 1) -> 
     return "\n".join(f"| {' | '.join(cells)} |" for cells in [headings, rule, *rows])
 
 
+def _part(data: dict[str, Any], part: str) -> list[dict[str, Any]]:
+    """Return the rows of one part of what was measured."""
+    return [row for row in data["measured"] if row["part"] == part]
+
+
 def _outcomes(rows: list[dict[str, Any]], columns: dict[str, str]) -> str:
     """Return a table of how often each outcome came up; outcomes without a column are named."""
     lines, total = [], Counter[str]()
@@ -47,7 +52,7 @@ def _line(name: str, outcomes: dict[str, int], columns: dict[str, str]) -> list[
 def fuzz(data: dict[str, Any]) -> str:
     """Return the table of the fuzz run."""
     merged = []
-    for row in data["fuzz"]:
+    for row in _part(data, "fuzz"):
         outcomes = dict(row["outcomes"])
         # a subclass of ParameterError, and the command's two ways to end
         outcomes["ParameterError"] = sum(
@@ -74,7 +79,7 @@ def damage(data: dict[str, Any]) -> str:
         "a part": "whole lines read",
         "other values": "other values read",
     }
-    return _outcomes(data["damage"], columns)
+    return _outcomes(_part(data, "damage"), columns)
 
 
 def soak(data: dict[str, Any]) -> str:
@@ -90,7 +95,7 @@ def soak(data: dict[str, Any]) -> str:
             f"{row['highest']:.1f}",
             f"{row['last'] - row['settled']:+.2f}",
         ]
-        for row in data["soak"]
+        for row in _part(data, "soak")
     ]
     return table(
         [
@@ -109,9 +114,9 @@ def soak(data: dict[str, Any]) -> str:
 
 def sensitivity(data: dict[str, Any]) -> str:
     """Return the table of time steps and precisions."""
-    exact = data["sensitivity"][0]
+    exact = _part(data, "sensitivity")[0]
     rows = []
-    for row in data["sensitivity"]:
+    for row in _part(data, "sensitivity"):
         differences = [
             "" if row is exact else f"{100.0 * (row[name] / exact[name] - 1.0):+.{digits}f} %"
             for name, digits in (("growth", 3), ("critical", 4), ("amplitude", 3))
@@ -133,17 +138,19 @@ def sensitivity(data: dict[str, Any]) -> str:
 
 def periods(data: dict[str, Any]) -> str:
     """Return the table of control periods."""
-    rows = [[f"{1e3 * row['period']:g}", f"{row['linear']:.2f}"] for row in data["periods"]]
+    rows = [[f"{1e3 * row['period']:g}", f"{row['linear']:.2f}"] for row in _part(data, "periods")]
     return table(["control period (ms)", "critical speed (m/s)"], rows, 0)
 
 
 def circumstances(data: dict[str, Any]) -> str:
     """Say with what everything was measured."""
     about = ", ".join(f"{name} {value}" for name, value in data["circumstances"].items())
-    examples = sum(sum(row["outcomes"].values()) for row in data["fuzz"])
-    files = sum(sum(row["outcomes"].values()) for row in data["damage"])
-    failures = sum(r["outcomes"].get(_FAILURE, 0) for r in (*data["fuzz"], *data["damage"]))
-    minutes = (data["fuzz_seconds"] + data["damage_seconds"]) / 60.0
+    examples = sum(sum(row["outcomes"].values()) for row in _part(data, "fuzz"))
+    files = sum(sum(row["outcomes"].values()) for row in _part(data, "damage"))
+    failures = sum(
+        r["outcomes"].get(_FAILURE, 0) for r in (*_part(data, "fuzz"), *_part(data, "damage"))
+    )
+    minutes = sum(row["seconds"] for row in (*_part(data, "fuzz"), *_part(data, "damage"))) / 60.0
     return (
         f"{examples} examples and {files} damaged files, {failures} failures, in {minutes:.0f} minutes "
         f"of one processor; {about}."

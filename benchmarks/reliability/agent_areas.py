@@ -287,6 +287,8 @@ def _replace_array(arrays: dict[str, Any], name: str, change: Any) -> None:
         arrays[name] = change
     elif change == "drop":
         del arrays[name]
+    elif np.asarray(value).dtype.kind not in "fiu":
+        return  # changed already
     elif change in ("nan", "inf"):
         arrays[name] = np.full_like(np.asarray(value, dtype=float), float(change))
     elif change == "text":

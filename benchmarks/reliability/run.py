@@ -11,7 +11,9 @@ import json
 import platform
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -36,65 +38,92 @@ from benchmarks.reliability.fuzz import Area, Tally
 DOCS = Path(__file__).resolve().parent.parent.parent / "docs"
 AREAS: tuple[Area, ...] = (*physics_areas.AREAS, *agent_areas.AREAS, *command_areas.AREAS)
 
+
+@dataclass(frozen=True)
+class Job:
+    """Something to measure; ``run`` returns plain data."""
+
+    part: str
+    name: str
+    run: Callable[[], dict[str, Any]]
+
+
 _LENGTHS, _CHANGES = 10_000, 2000  # of damaged files: every length of small ones, random changes
 
 
-def fuzzed(share: float) -> Iterator[tuple[str, Tally]]:
-    """Run every area over a share of its examples."""
+def fuzzed(share: float) -> Iterator[Job]:
+    """Name every area, and run it over a share of its examples."""
     for area in AREAS:
-        yield area.name, fuzz.run(area, max(1, round(share * area.count)))
+        count = max(1, round(share * area.count))
+        yield Job("fuzz", area.name, partial(_tallied, partial(fuzz.run, area, count)))
 
 
-def damages(share: float) -> Iterator[tuple[str, Tally]]:
-    """Damage every kind of file."""
+def damages(share: float) -> Iterator[Job]:
+    """Name every kind of file, and damage it."""
     lengths, changes = max(1, round(share * _LENGTHS)), max(1, round(share * _CHANGES))
     for kind in damage.kinds(DOCS / "leaderboard.json"):
-        yield kind.name, damage.run(kind, lengths, changes)
+        run = partial(damage.run, kind, lengths, changes)
+        yield Job("damage", kind.name, partial(_tallied, run))
+
+
+def measurements(share: float) -> Iterator[Job]:
+    """Name every sensitivity and long run, and measure it."""
+    for what, row in sensitivity.rows():
+        yield Job("sensitivity", what, partial(_plain, row))
+    for period in sensitivity.PERIODS:
+        name = f"{1e3 * period:g} ms"
+        yield Job("periods", name, partial(_plain, partial(sensitivity.period_row, period)))
+    for name, soaked in (("one environment", soak.single), ("vector environment", soak.vector)):
+        yield Job("soak", name, partial(_plain, partial(soaked, share * soak.HOUR)))
+
+
+def _tallied(run: Callable[[], Tally]) -> dict[str, Any]:
+    tally = run()
+    return {"outcomes": dict(sorted(tally.outcomes.items())), "failures": tally.failures}
+
+
+def _plain(measure: Callable[[], Any]) -> dict[str, Any]:
+    return dataclasses.asdict(measure())
 
 
 def main(
     out: Annotated[Path, typer.Option(help="File to write to.")] = DOCS / "reliability.json",
     share: Annotated[float, typer.Option(help="Share of examples and of the hour to run.")] = 1.0,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(help="Measure only these, by part or name, and keep the rest of the file."),
+    ] = None,
 ) -> None:
     """Fuzz, damage files, run for hours and measure sensitivities."""
-    console = Console()
+    console = Console(highlight=False, markup=False, soft_wrap=True)
     warnings.simplefilter("ignore", hypothesis.errors.HypothesisWarning)
-    failed = 0
-    data: dict[str, Any] = {
-        "circumstances": {
-            "railenv": railenv.__version__,
-            "Python": platform.python_version(),
-            "NumPy": np.__version__,
-            "Numba": numba.__version__,
-            "hypothesis": hypothesis.__version__,
-        }
-    }
-    for part, made in (("fuzz", fuzzed(share)), ("damage", damages(share))):
-        rows = []
+    kept = json.loads(out.read_text(encoding="utf-8"))["measured"] if only else []
+    measured: list[dict[str, Any]] = []
+    for job in (*fuzzed(share), *damages(share), *measurements(share)):
+        if only and not {job.part, job.name} & set(only):
+            measured += [row for row in kept if (row["part"], row["name"]) == (job.part, job.name)]
+            continue
         start = time.process_time()
-        for name, tally in made:
-            console.print(f"{part}: {name}: {dict(tally.outcomes)}", highlight=False, markup=False)
-            for where, example in tally.failures.items():
-                console.print(f"  FAILED {where}: {example}", highlight=False, markup=False)
-            failed += len(tally.failures)
-            rows.append({"name": name, "outcomes": dict(sorted(tally.outcomes.items()))})
-        data[part] = rows
-        data[f"{part}_seconds"] = round(time.process_time() - start, 1)
-    data["sensitivity"] = []
-    measured = [*sensitivity.rows(), sensitivity.reference()] if share == 1.0 else []
-    for row in measured:
-        console.print(str(row), highlight=False)
-        data["sensitivity"].append(dataclasses.asdict(row))
-    data["periods"] = [dataclasses.asdict(row) for row in sensitivity.period_rows()]
-    data["soak"] = []
-    for run in (soak.single, soak.vector):
-        found = run(share * soak.HOUR)
-        console.print(str(found), highlight=False)
-        data["soak"].append(dataclasses.asdict(found))
-    out.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
-    console.print(f"wrote {out}; {failed} failures", highlight=False)
-    if failed:
+        result = job.run()
+        seconds = round(time.process_time() - start, 1)
+        measured.append({"part": job.part, "name": job.name, "seconds": seconds, **result})
+        console.print(str(measured[-1]))
+    failures = sum(len(row.get("failures", ())) for row in measured)
+    content = {"circumstances": _circumstances(), "measured": measured}
+    out.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    console.print(f"wrote {out}; {failures} failures")
+    if failures:
         raise typer.Exit(1)
+
+
+def _circumstances() -> dict[str, str]:
+    return {
+        "railenv": railenv.__version__,
+        "Python": platform.python_version(),
+        "NumPy": np.__version__,
+        "Numba": numba.__version__,
+        "hypothesis": hypothesis.__version__,
+    }
 
 
 if __name__ == "__main__":

@@ -176,26 +176,27 @@ def linear() -> Row:
     )
 
 
-def rows(steps: Sequence[float] = STEPS, duration: float = 30.0) -> Iterator[Row]:
-    """Measure all ways to integrate; hunting runs for ``duration`` (s)."""
-    yield linear()
+def rows(
+    steps: Sequence[float] = STEPS, duration: float = 30.0
+) -> Iterator[tuple[str, Callable[[], Row]]]:
+    """Name all ways to integrate, and how each is measured; hunting runs for ``duration`` (s)."""
+
+    def measured(what: str, motion: Motion, size: float) -> tuple[str, Callable[[], Row]]:
+        return what, lambda: row(what, motion, size, duration)
+
+    yield "eigenvalues; cycle by shooting", linear
+    yield measured("DOP853, tolerance 1e-11", scipy_method, _SMALL)  # a minute
     for step in steps:
-        yield row(f"RK4, {1e3 * step:g} ms", rk4(step), _SMALL, duration)
+        yield measured(f"RK4, {1e3 * step:g} ms", rk4(step), _SMALL)
     for size in _LARGE:
         for dtype in ("float64", "float32"):
             what = f"RK4, 1 ms, {dtype} lanes, motion of {1e3 * size:g} mm"
-            yield row(what, lanes(dtype), size, duration)
+            yield measured(what, lanes(dtype), size)
 
 
-def reference(duration: float = 30.0) -> Row:
-    """Measure with SciPy's eighth-order method (minutes)."""
-    return row("DOP853, tolerance 1e-11", scipy_method, _SMALL, duration)
-
-
-def period_rows(periods: Sequence[float] = PERIODS) -> Iterator[PeriodRow]:
-    """Compute the critical speed under a yaw-rate feedback that acts at several periods."""
+def period_row(period: float) -> PeriodRow:
+    """Compute the critical speed under a yaw-rate feedback that acts at a period (s)."""
     vehicle = agents.equipped(coach())
-    for period in periods:
-        damper = agents.YawRateFeedback.design(vehicle, gain=1e5, period=period)
-        found: Any = design.critical_speed(vehicle, controller=damper, speed_range=(20.0, 400.0))
-        yield PeriodRow(period, found.speed)
+    damper = agents.YawRateFeedback.design(vehicle, gain=1e5, period=period)
+    found: Any = design.critical_speed(vehicle, controller=damper, speed_range=(20.0, 400.0))
+    return PeriodRow(period, found.speed)

@@ -136,7 +136,7 @@ class Settings:
             checks.known(name, [getattr(self, name)], choices)
         if self.irregularity is not None:
             checks.known("irregularity", [self.irregularity], get_args(Level))
-        self._range("speed_range", low=LOWEST_SPEED, unit="m/s")
+        self._range("speed_range", low=LOWEST_SPEED, high=checks.HIGHEST_SPEED, unit="m/s")
         self._range("cant_range", low=0.0, high=checks.CANT_LIMIT, unit="rad")
         self._range("irregularity_factor", low=0.0)
         if not isinstance(self.randomize, Mapping):
