@@ -211,7 +211,7 @@ def test_controllers_are_known_by_what_they_do(equipped):
         ({"radius": RADII}, {}, "it must map two parameters"),
         ({"radius": RADII, "conicty": CONICITIES}, {}, "did you mean 'conicity'"),
         ({"radius": RADII, "gain": [1, 2]}, {}, "unknown axis: 'gain'"),
-        ({"radius": RADII, "conicity": [0.1]}, {}, "two values or more"),
+        ({"radius": RADII, "conicity": [0.1]}, {}, "at least 2 numbers"),
         ({"radius": RADII, "conicity": [0.1, 0.3, 0.2]}, {}, "strict order"),
         ({"radius": [-500.0, 500.0, 1000.0, math.inf], "cant": [0, 0.1]}, {}, "order of the curvature"),
         ({"radius": RADII, "conicity": [0.1, 0.9]}, {}, "conicity is 0.9; it must be"),
