@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railenv import Bogie, DualWheelset, Equipped, checks
+from railenv.envs.fleet import BOUND
 from railenv.envs.observation import Reading
 from railenv.errors import ParameterError, shown
 
@@ -82,7 +83,7 @@ def check_labels(readings: Sequence[Reading], commands: Sequence[str]) -> None:
 
 
 def observation_rows(observation: Any, count: int | None, width: int) -> Array:
-    """Return an observation as one row for each vehicle.
+    """Return an observation as one row for each vehicle, within the bounds of the environments.
 
     Parameters
     ----------
@@ -112,7 +113,7 @@ def observation_rows(observation: Any, count: int | None, width: int) -> Array:
         )
     if not np.isfinite(rows).all():
         raise ParameterError(f"observation is {shown(rows)}; its entries must be finite")
-    return np.atleast_2d(rows)
+    return np.atleast_2d(np.clip(rows, -BOUND, BOUND))
 
 
 def equipped(model: Bogie | DualWheelset | Equipped) -> Equipped:

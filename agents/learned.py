@@ -117,7 +117,7 @@ class LearnedPolicy(Controller):
         """Return commanded moments as shares of the limit, for one observation or for each row."""
         count = None if self._single else len(self._history.stacked)
         given = observation_rows(observation, count, len(self.readings))
-        rows = np.clip(given, -BOUND, BOUND).astype(np.float32)  # as the environments do
+        rows = given.astype(np.float32)  # as the environments give them
         if self._started:
             self._history.push(rows)
         else:

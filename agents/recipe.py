@@ -97,7 +97,10 @@ class Evaluation:
         checks.whole("episodes of an evaluation", self.episodes)
         checks.whole("seed of the evaluation", self.seed, low=0)
         checks.known("criterion", [self.criterion], get_args(Criterion))
-        checks.mapping("env_kwargs of the evaluation", self.env_kwargs)
+        if not isinstance(self.env_kwargs, Mapping):
+            raise ParameterError(
+                f"env_kwargs of the evaluation is {shown(self.env_kwargs)}; it must be a mapping"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -172,9 +175,9 @@ class Recipe:
                 raise ParameterError(
                     f"{name} is {shown(getattr(self, name))}; it must be true or false"
                 )
-        for name in ("env_kwargs", "hyperparameters"):
-            checks.mapping(name, getattr(self, name))
         for name, kind in (
+            ("env_kwargs", Mapping),
+            ("hyperparameters", Mapping),
             ("memory", MemorySettings),
             ("evaluation", Evaluation),
             ("curriculum", (Curriculum, type(None))),

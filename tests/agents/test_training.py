@@ -83,6 +83,12 @@ def test_files_of_ones_own(tmp_path):
     assert made.hyperparameters == {"learning_rate": "lin_0.002"}
     with pytest.raises(railenv.UnknownNameError, match="DualWheelset"):
         recipe("ppo", DUAL, None, path)
+    path.write_text(f"{BOGIE}:\n  n_timesteps: 500\n  env_kwargs: null\n")
+    with pytest.raises(railenv.ParameterError, match="env_kwargs is None; it must be a mapping"):
+        recipe("ppo", BOGIE, None, path)
+    path.write_text(f"{BOGIE}:\n  seed: 3\n")
+    with pytest.raises(railenv.ParameterError, match="recipe lacks n_timesteps"):
+        recipe("ppo", BOGIE, None, path)
     path.write_text("- 1\n- : [")
     with pytest.raises(railenv.ParameterError, match="cannot be read"):
         recipe("ppo", BOGIE, None, path)
