@@ -51,7 +51,7 @@ kernels: $(STAMP) ## regenerate railenv/kernels from railenv/equations
 controllers: $(STAMP) ## design and tune the shipped controllers again (some minutes)
 	for kind in $(CONTROLLERS); do $(BIN)/railenv tune $$kind --out agents/data/$$kind.npz; done
 
-reliability: $(STAMP) ## fuzz, damage files, run for hours; docs/reliability.md (half an hour)
+reliability: $(STAMP) ## fuzz, damage files, run for hours; docs/reliability.md (15 minutes)
 	$(BIN)/python -m benchmarks.reliability.run
 	$(BIN)/python docs/make_reliability.py
 

@@ -28,8 +28,13 @@ class ParameterError(RailenvError, ValueError):
 
 def shown(value: Any) -> str:
     """Return a value as a message shows it: on one line, and not longer than it."""
-    text = " ".join(repr(value).split())
-    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
+    return one_line(repr(value), _LONGEST)
+
+
+def one_line(text: str, longest: int = 300) -> str:
+    """Return a text on one line, and not longer than so many characters."""
+    line = " ".join(text.split())
+    return line if len(line) <= longest else f"{line[: longest - 3]}..."
 
 
 class UnknownNameError(ParameterError):

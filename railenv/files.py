@@ -17,7 +17,7 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from railenv.errors import ParameterError
+from railenv.errors import ParameterError, one_line
 
 LARGEST = 2**28
 """Bytes, unpacked, that a file may hold in all."""
@@ -82,7 +82,8 @@ def read_arrays(path: str | PathLike[str]) -> dict[str, NDArray[Any]]:
     except (FileNotFoundError, ParameterError):
         raise
     except _DAMAGE as error:
-        raise ParameterError(f"{path} is no npz file, or is damaged: {error}") from None
+        said = one_line(str(error))  # zipfile shows the file itself
+        raise ParameterError(f"{path} is no npz file, or is damaged: {said}") from None
 
 
 def _array(content: bytes) -> NDArray[Any]:

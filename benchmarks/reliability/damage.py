@@ -146,7 +146,11 @@ def _outcome(kind: Kind, path: Path, whole: Any) -> str:
         return REFUSED
     if found == whole:
         return UNCHANGED
-    if isinstance(found, dict) and all(whole.get(key) == value for key, value in found.items()):
+    if (
+        kind.checked
+        and isinstance(found, dict)
+        and all(whole.get(key) == value for key, value in found.items())
+    ):
         return PART
     assert not kind.checked, "a changed content was read"
     return CHANGED
