@@ -456,6 +456,6 @@ AREAS = (
     Area("equations of one's own", _TERMS, _equations, 2000),
     Area("equilibria and linear models", _running(), _equilibrium, 3000),
     Area("critical speeds", _searches(), _critical_speed, 1500, quick=15),
-    Area("loci, maps and loops", _analyses(), _analysis, 700, quick=15),
+    Area("loci, maps and loops", _analyses(), _analysis, 700, quick=40),
     Area("simulations", _runs(), _simulation, 4000),
 )
