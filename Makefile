@@ -9,10 +9,10 @@ CONTROLLERS := passive yaw-rate lqg lqg-scheduled output-feedback lqr lqr-schedu
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo report test lint controllers kernels docs site bench clean
+.PHONY: help demo report test lint controllers kernels docs site reliability bench clean
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 	@echo "The first target run creates $(VENV) with $(PYTHON); override with PYTHON=python3.12."
 
 demo: $(INSTALLED) ## write the first page of the reproduction report to results/
@@ -38,6 +38,7 @@ docs: $(DEVELOPED) ## regenerate the pages that are made from code and measureme
 	$(BIN)/python docs/make_diagram.py
 	$(BIN)/python docs/make_pictures.py
 	$(BIN)/python docs/make_recipes.py
+	$(BIN)/python docs/make_reliability.py
 	$(BIN)/python -m examples.reward_of_idle_and_lqr
 	$(BIN)/python -m benchmarks.scaling docs/scaling.md
 	$(BIN)/python -m benchmarks.run --markdown docs/benchmarks.md
@@ -51,6 +52,10 @@ kernels: $(DEVELOPED) ## regenerate railenv/kernels from railenv/equations
 
 controllers: $(DEVELOPED) ## design and tune the shipped controllers again (some minutes)
 	for kind in $(CONTROLLERS); do $(BIN)/railenv tune $$kind --out agents/data/$$kind.npz; done
+
+reliability: $(DEVELOPED) ## fuzz, damage files, run for hours; docs/reliability.md (15 minutes)
+	$(BIN)/python -m benchmarks.reliability.run
+	$(BIN)/python docs/make_reliability.py
 
 bench: $(DEVELOPED) ## run the benchmarks
 	$(BIN)/python -m benchmarks.run

@@ -2,12 +2,15 @@
 
 They hold everything that changes: networks and optimisers, normalisation, replay buffer, the vehicles'
 states and random generators, those of torch, NumPy and Python, and what the callback has counted. They
-contain pickles: open only your own. Needs the extra ``rl``.
+contain pickles: open only your own. The hashes of their files are kept with them, so that none that is
+damaged is opened. Needs the extra ``rl``.
 """
 
 from __future__ import annotations
 
 import copy
+import hashlib
+import json
 import os
 import pickle
 import random
@@ -30,6 +33,7 @@ KEPT = 2
 
 _FOLDER = "checkpoints"
 _PARTIAL = ".partial-"
+_HASHES = "hashes.json"
 
 
 def save(directory: Path, model: BaseAlgorithm, env: MemoryVecEnv, counted: dict[str, Any]) -> Path:
@@ -56,6 +60,7 @@ def save(directory: Path, model: BaseAlgorithm, env: MemoryVecEnv, counted: dict
         model.save_replay_buffer(partial / "replay.pkl")
     with open(partial / "state.pkl", "wb") as file:
         pickle.dump(_state(model, env, counted), file)
+    (partial / _HASHES).write_text(json.dumps(_hashes(partial)), encoding="utf-8")
     target = folder / f"{model.num_timesteps:012d}"
     if target.exists():
         shutil.rmtree(target)
@@ -101,10 +106,40 @@ def _state(model: BaseAlgorithm, env: MemoryVecEnv, counted: dict[str, Any]) -> 
     }
 
 
+def check(path: Path) -> None:
+    """Raise ParameterError if a checkpoint is not as it was written."""
+    try:
+        kept = json.loads((path / _HASHES).read_text(encoding="utf-8"))
+        whole = kept == _hashes(path) and "model.zip" in kept
+    except (OSError, ValueError):
+        whole = False
+    if not whole:
+        raise ParameterError(
+            f"checkpoint {path} is damaged; delete that folder to go on from the one before it"
+        )
+
+
+def _hashes(folder: Path) -> dict[str, str]:
+    """Return the hash of every file of a checkpoint."""
+    found = {}
+    for path in sorted(folder.iterdir()):
+        if path.name != _HASHES:
+            with path.open("rb") as file:
+                found[path.name] = hashlib.file_digest(file, "sha256").hexdigest()
+    return found
+
+
 def load(
     path: Path, kind: type[BaseAlgorithm], env: MemoryVecEnv, device: str
 ) -> tuple[BaseAlgorithm, dict[str, Any]]:
-    """Return the model of a checkpoint in an environment put back to where it was, and the counts."""
+    """Return the model of a checkpoint in an environment put back to where it was, and the counts.
+
+    Raises
+    ------
+    ParameterError
+        If a file of it is damaged.
+    """
+    check(path)
     with open(path / "state.pkl", "rb") as file:
         state = pickle.load(file)
     venv: Any = env

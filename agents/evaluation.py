@@ -22,7 +22,8 @@ from design.feedback import Feedback
 from railenv import Bogie, DualWheelset, Equipped, checks
 from railenv.envs.metrics import episode_metrics
 from railenv.envs.observation import CANT_BASE
-from railenv.errors import EquilibriumError, ParameterError
+from railenv.errors import EquilibriumError, ParameterError, shown
+from railenv.files import write_whole
 
 if TYPE_CHECKING:
     import control
@@ -32,6 +33,16 @@ SCHEMA = "railenv evaluation 1"
 
 _BEYOND = 1.05  # of the linear critical speed, where hunting is established for the ramp
 _MARGIN = 10.0  # m/s
+_RIDE = (
+    "speed",
+    "moment_rms",
+    "moment_peak",
+    "acceleration_rms",
+    "acceleration_peak",
+    "cfr_213_333",
+    "en_14363",
+    "derailed",
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -227,6 +238,21 @@ class Evaluation:
         rest = {
             k: v for k, v in data.items() if k not in ("schema", "plan", "curves", "ride", "delays")
         }
+        if not curves or not data["ride"]:
+            raise ParameterError("an evaluation must have curves and runs on irregular track")
+        for name in ("controller", "model_name", "vehicle", "observation"):
+            if not isinstance(data[name], str):
+                raise ParameterError(f"{name} is {shown(data[name])}; it must be a text")
+        for row in data["ride"]:
+            if set(row) != set(_RIDE):
+                raise ParameterError(
+                    f"ride has the readings {shown(sorted(row))}; it must have {_RIDE}"
+                )
+        _check_numbers(
+            "curves", [{k: v for k, v in row.items() if k != "loss"} for row in data["curves"]]
+        )
+        for name in ("robust", "ride", "delays", "noises", "worst", "plan"):
+            _check_numbers(name, data[name])
         return cls(
             curves=tuple(curves),
             ride=tuple(data["ride"]),
@@ -477,7 +503,7 @@ def _moments(rollout: Rollout, duration: float) -> Any:
 def save_evaluations(evaluations: Sequence[Evaluation], path: str | PathLike[str]) -> None:
     """Write evaluations to a JSON file."""
     rows = [e.summary() for e in evaluations]
-    Path(path).write_text(json.dumps(rows, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    write_whole(path, json.dumps(rows, indent=1, allow_nan=False) + "\n")
 
 
 def load_evaluations(path: str | PathLike[str]) -> list[Evaluation]:
@@ -491,7 +517,7 @@ def load_evaluations(path: str | PathLike[str]) -> list[Evaluation]:
     try:
         rows = json.loads(Path(path).read_text(encoding="utf-8"))
         return [Evaluation.from_summary(row) for row in rows]
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
         raise ParameterError(f"{path} is not a file of evaluations: {error}") from None
 
 
@@ -500,6 +526,18 @@ def written(speed: float | None, highest: float) -> str:
     if speed is None:
         return "failed"
     return f"> {highest:g}" if speed >= highest * (1.0 - 1e-9) else f"{speed:.1f}"
+
+
+def _check_numbers(name: str, value: Any) -> None:
+    """Raise ParameterError unless all entries of plain data are numbers, true, false or None."""
+    if isinstance(value, Mapping):
+        for key, entry in value.items():
+            _check_numbers(f"{name}.{key}", entry)
+    elif isinstance(value, list):
+        for entry in value:
+            _check_numbers(name, entry)
+    elif value is not None and not isinstance(value, bool):
+        checks.number(name, value)
 
 
 def _finite(value: float) -> float | None:

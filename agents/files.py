@@ -3,13 +3,8 @@
 from __future__ import annotations
 
 import json
-import os
-import tempfile
-import zipfile
-import zlib
 from dataclasses import dataclass
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,21 +12,12 @@ from numpy.typing import NDArray
 
 from railenv import checks
 from railenv.errors import ParameterError
+from railenv.files import npz, read_arrays, write_whole
 
 SCHEMA = "railenv controller 1"
 """Marks the files, with the version of their layout."""
 
 _HEADER = "header"
-_DAMAGE = (
-    OSError,
-    ValueError,
-    KeyError,
-    EOFError,
-    AttributeError,
-    TypeError,
-    zipfile.BadZipFile,
-    zlib.error,
-)
 
 
 @dataclass(frozen=True)
@@ -69,15 +55,7 @@ def write(path: str | PathLike[str], content: ControllerFile) -> None:
     """Write a controller's file, whole or not at all."""
     header = {"schema": SCHEMA, "kind": content.kind, **content.header}
     text = np.array(json.dumps(header, allow_nan=False))
-    target = Path(path)
-    handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}", suffix=".npz")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            np.savez_compressed(file, allow_pickle=False, **{_HEADER: text}, **content.arrays)
-        os.replace(temporary, target)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    write_whole(path, npz({_HEADER: text, **content.arrays}))
 
 
 def read(path: str | PathLike[str], kind: str | None = None) -> ControllerFile:
@@ -97,13 +75,12 @@ def read(path: str | PathLike[str], kind: str | None = None) -> ControllerFile:
         If there is none.
     """
     try:
-        with np.load(path, allow_pickle=False) as data:
-            arrays = {name: data[name] for name in data.files}
+        arrays = read_arrays(path)
         header = json.loads(str(arrays.pop(_HEADER)))
         schema, found = header.pop("schema"), header.pop("kind")
     except FileNotFoundError:
         raise
-    except _DAMAGE as error:
+    except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
         raise ParameterError(f"{path} is not a controller's file, or is damaged: {error}") from None
     if schema != SCHEMA:
         raise ParameterError(f"{path} has the layout {schema!r}; this version reads {SCHEMA!r}")

@@ -11,11 +11,11 @@ import control
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.controller import Controller
+from agents.controller import Controller, check_labels, observation_rows
 from agents.files import ControllerFile, read, write
 from agents.memory import Memory, MemorySettings
 from agents.network import Network
-from agents.scheduled import CONTROL_PERIOD, ScheduledController
+from agents.scheduled import CONTROL_PERIOD, MOST_VEHICLES, ScheduledController
 from railenv import checks
 from railenv.envs.environment import History
 from railenv.envs.fleet import BOUND
@@ -84,7 +84,7 @@ class LearnedPolicy(Controller):
         checks.number("limit", self.limit, low=0.0, open_low=True, unit="N m")
         checks.number("period", self.period, low=0.0, open_low=True, unit="s")
         checks.number("authority", self.authority, low=0.0, high=1.0, open_low=True)
-        checks.known("reading", ["speed"], [reading.name for reading in self.readings])
+        check_labels(self.readings, self.commands)
         self._memory = Memory(self.memory, self.readings, self.commands, self.period, self.base)
         expected = self._stacked_width + len(self._memory.names)
         if (self.network.n_inputs, self.network.n_outputs) != (expected, len(self.commands)):
@@ -108,20 +108,16 @@ class LearnedPolicy(Controller):
     def reset(self, count: int | None = None) -> None:
         """Start anew, for one vehicle (None) or for ``count`` vehicles side by side."""
         self._single = count is None
+        count = None if count is None else checks.whole("count", count, high=MOST_VEHICLES)
         self._history = History(count or 1, len(self.readings), self.memory.history)
         self._started = False
         self._memory.reset(count or 1)
 
     def act(self, observation: Floats) -> Floats:
         """Return commanded moments as shares of the limit, for one observation or for each row."""
-        rows = np.atleast_2d(np.asarray(observation, dtype=np.float32))
-        expected = (len(self._history.stacked), len(self.readings))
-        if rows.shape != expected or self._single != (np.ndim(observation) == 1):
-            raise ParameterError(
-                f"observation has shape {np.shape(observation)}; the policy was reset for "
-                + ("one vehicle" if self._single else f"{expected[0]} vehicles")
-                + f" and reads {expected[1]} entries, without history"
-            )
+        count = None if self._single else len(self._history.stacked)
+        given = observation_rows(observation, count, len(self.readings))
+        rows = given.astype(np.float32)  # as the environments give them
         if self._started:
             self._history.push(rows)
         else:

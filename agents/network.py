@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
@@ -34,6 +34,12 @@ _SLOPES: dict[str, Callable[[Array], Array]] = {
 }
 
 
+def _check_real(arrays: Sequence[NDArray[Any]]) -> None:
+    for array in arrays:
+        if array.dtype.kind not in "fiu":
+            raise ParameterError(f"an array of a network has the type {array.dtype}; it must be real")
+
+
 @dataclass(frozen=True, eq=False)
 class Normalization:
     """Shift, scale and bound of a network's inputs: ``clip((x - mean) / scale, -bound, bound)``.
@@ -50,6 +56,7 @@ class Normalization:
 
     def __post_init__(self) -> None:
         checks.number("bound of the normalisation", self.bound, low=0.0, open_low=True)
+        _check_real((self.mean, self.scale))
         if self.mean.shape != self.scale.shape or self.mean.ndim != 1:
             raise ParameterError(
                 f"mean and scale have shapes {self.mean.shape} and {self.scale.shape}; they must be "
@@ -101,6 +108,8 @@ class Network:
         checks.known("activation", [self.activation], get_args(Activation))
         checks.known("squash", [self.squash], get_args(Squash))
         width = len(self.normalization.mean)
+        arrays = (*self.weights, *self.biases, *(() if self.signs is None else (self.signs,)))
+        _check_real(arrays)
         if not self.weights or len(self.weights) != len(self.biases):
             raise ParameterError(
                 f"the network has {len(self.weights)} weight matrices and {len(self.biases)} biases; "

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from agents.controller import Controller
 from agents.rollout import Case, Rollout, startable
 from railenv import Equipped, checks
-from railenv.errors import ParameterError
 
 Array = NDArray[np.float64]
 
@@ -96,7 +95,7 @@ def disturbed_critical_speed(
     None if it does not die out at the lowest speed; the highest speed if it always does.
     """
     where = Place() if place is None else place
-    low, high = _range(speed_range)
+    low, high = checks.speeds(speed_range)
     speeds = np.geomspace(low, high, _COARSE)
     for count in (_FINE, _FINE):
         lasting = _first_lasting(model, controller, where, speeds.tolist(), offset)
@@ -239,12 +238,3 @@ class _Descent:
         self.rollout.fleet.restore(fleet)
         self.rollout.controller = controller
         return there
-
-
-def _range(speed_range: tuple[float, float]) -> tuple[float, float]:
-    low, high = checks.speed(speed_range[0], "lowest speed"), checks.speed(speed_range[1])
-    if not low < high:
-        raise ParameterError(
-            f"speed_range is {speed_range}; the lowest speed must be below the highest"
-        )
-    return low, high

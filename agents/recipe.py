@@ -18,7 +18,7 @@ from typing import Any, Literal, get_args
 from agents.memory import MemorySettings
 from railenv import Actuator, Sensors, Vehicle, checks, vehicles
 from railenv.envs.settings import RewardWeights
-from railenv.errors import MissingPackageError, ParameterError
+from railenv.errors import MissingPackageError, ParameterError, shown
 from railenv.extras import require
 
 Algorithm = Literal["ppo", "sac", "td3"]
@@ -97,6 +97,10 @@ class Evaluation:
         checks.whole("episodes of an evaluation", self.episodes)
         checks.whole("seed of the evaluation", self.seed, low=0)
         checks.known("criterion", [self.criterion], get_args(Criterion))
+        if not isinstance(self.env_kwargs, Mapping):
+            raise ParameterError(
+                f"env_kwargs of the evaluation is {shown(self.env_kwargs)}; it must be a mapping"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,7 +172,22 @@ class Recipe:
         checks.number("authority", self.authority, low=0.0, high=1.0, open_low=True)
         for name in ("symmetric", "normalize"):
             if not isinstance(getattr(self, name), bool):
-                raise ParameterError(f"{name} is {getattr(self, name)!r}; it must be true or false")
+                raise ParameterError(
+                    f"{name} is {shown(getattr(self, name))}; it must be true or false"
+                )
+        for name, kind in (
+            ("env_kwargs", Mapping),
+            ("hyperparameters", Mapping),
+            ("memory", MemorySettings),
+            ("evaluation", Evaluation),
+            ("curriculum", (Curriculum, type(None))),
+        ):
+            if not isinstance(getattr(self, name), kind):
+                raise ParameterError(f"{name} is {shown(getattr(self, name))}; it must be a mapping")
+        for name in ("base", "device"):
+            value = getattr(self, name)
+            if not isinstance(value, str) and not (name == "base" and value is None):
+                raise ParameterError(f"{name} is {shown(value)}; it must be a text")
         history = self.env_kwargs.get("history", 0)
         object.__setattr__(self, "memory", dataclasses.replace(self.memory, history=history))
         sde = self.hyperparameters.get("use_sde", False)
@@ -215,16 +234,23 @@ class Recipe:
         own = [f.name for f in dataclasses.fields(cls) if f.name != "hyperparameters"]
         values = {name: entry[name] for name in entry if name in own}
         values |= {"algorithm": algorithm, "env_id": env_id}
-        for name, kind in (
-            ("memory", MemorySettings),
-            ("curriculum", Curriculum),
-            ("evaluation", Evaluation),
-        ):
+        kinds = {"memory": MemorySettings, "curriculum": Curriculum, "evaluation": Evaluation}
+        for name, kind in kinds.items():
             if isinstance(values.get(name), Mapping):
                 checks.known(f"key of {name}", values[name], [f.name for f in dataclasses.fields(kind)])
+                _check_complete(name, kind, values[name])
                 values[name] = kind(**values[name])
+        _check_complete("recipe", cls, values)
         rest = {name: value for name, value in entry.items() if name not in own}
         return cls(**values, hyperparameters=rest)
+
+
+def _check_complete(name: str, kind: type[Any], values: Mapping[str, Any]) -> None:
+    """Raise ParameterError where a field without a default is missing."""
+    for f in dataclasses.fields(kind):
+        optional = (f.default, f.default_factory) != (dataclasses.MISSING, dataclasses.MISSING)
+        if f.name not in values and not optional:
+            raise ParameterError(f"{name} lacks {f.name}")
 
 
 def recipe(
@@ -254,35 +280,51 @@ def recipe(
     """
     checks.known("algorithm", [algorithm], get_args(Algorithm))
     checks.known("environment", [env_id], list(ENVIRONMENTS))
-    if config is None:
-        shipped = resources.files("agents") / "hyperparams" / f"{algorithm}.yml"
-        text, where = shipped.read_text(encoding="utf-8"), str(shipped)
-    else:
-        text, where = Path(config).read_text(encoding="utf-8"), str(config)
-    content = _parsed(text, where)
+    shipped = resources.files("agents") / "hyperparams" / f"{algorithm}.yml"
+    where = shipped if config is None else Path(config)
+    content = _parsed(where)
     checks.known(f"environment in {where}", [env_id], list(content))
     entry: dict[str, Any] = content[env_id]
-    for name, value in (changes or {}).items():
+    for name, value in checks.mapping("changes", changes).items():
         _change(entry, name.split("."), value)
     entry.pop("policy", None)  # rl-zoo3's files name it; there is one
     return Recipe.of(algorithm, env_id, entry)
 
 
-def _parsed(text: str, where: str) -> dict[str, Any]:
+def recipe_of_run(path: Path) -> Recipe:
+    """Return the recipe in the ``run.json`` of a run.
+
+    Raises
+    ------
+    ParameterError
+        If the file is damaged, or a value in it is not allowed.
+    """
+    content = _parsed(path)
+    if len(content) != 1:
+        raise ParameterError(f"{path} has entries for {len(content)} environments; it must have one")
+    ((env_id, entry),) = content.items()
+    return Recipe.of(entry.pop("algorithm", ""), env_id, entry)
+
+
+def _parsed(path: Path | resources.abc.Traversable) -> dict[str, Any]:
+    """Return the entries of a YAML or JSON file by environment."""
+    json_file = path.name.endswith(".json")
+    if not json_file:
+        require("yaml", "PyYAML", f"reading {path}")
     try:
-        if where.endswith(".json"):
+        text = path.read_text(encoding="utf-8")
+        if json_file:
             content = json.loads(text)
         else:
-            require("yaml", "PyYAML", f"reading {where}")
             import yaml
 
             content = yaml.safe_load(text)
-    except MissingPackageError:
+    except (MissingPackageError, OSError):
         raise
     except Exception as e:  # yaml's own errors have no common base with json's
-        raise ParameterError(f"{where} cannot be read: {e}") from None
+        raise ParameterError(f"{path} cannot be read: {e}") from None
     if not isinstance(content, dict) or not all(isinstance(v, dict) for v in content.values()):
-        raise ParameterError(f"{where} has no entries for environments")
+        raise ParameterError(f"{path} has no entries for environments")
     return content
 
 
@@ -312,15 +354,20 @@ def environment_keywords(plain: Mapping[str, Any], place: str) -> dict[str, Any]
         checks.known("reward weight", keywords["weights"], fields)
         keywords["weights"] = RewardWeights(**keywords["weights"])
     if isinstance(keywords.get("sensors"), Mapping):
-        keywords["sensors"] = Sensors.standard().replace(**keywords["sensors"])
+        keywords["sensors"] = _replaced(Sensors.standard(), keywords["sensors"])
     if isinstance(keywords.get("actuator_model"), Mapping):
         checks.known("actuator", [keywords.get("actuator", place)], list(_ACTUATORS))
         place = keywords.get("actuator", place)
-        keywords["actuator_model"] = _ACTUATORS[place]().replace(**keywords["actuator_model"])
+        keywords["actuator_model"] = _replaced(_ACTUATORS[place](), keywords["actuator_model"])
     if isinstance(keywords.get("randomize"), Mapping):
         ranges = keywords["randomize"]
         keywords["randomize"] = {name: _tuple(value) for name, value in ranges.items()}
     return {name: _tuple(value) for name, value in keywords.items()}
+
+
+def _replaced(record: Any, changes: Mapping[str, Any]) -> Any:
+    checks.known("field", changes, [f.name for f in dataclasses.fields(record)])
+    return record.replace(**changes)
 
 
 def _tuple(value: Any) -> Any:

@@ -18,7 +18,7 @@ import control
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from agents.controller import Controller
+from agents.controller import Controller, check_labels, observation_rows
 from agents.files import ControllerFile, read, write
 from railenv import Equipped, checks
 from railenv.envs.observation import Observation, Reading, observation_table
@@ -29,6 +29,9 @@ Floats = NDArray[np.floating[Any]]
 
 CONTROL_PERIOD = 0.005
 """s, of the environments."""
+
+MOST_VEHICLES = 2**20
+"""Side by side."""
 
 _MATRICES = ("A", "B", "C", "D", "E")
 
@@ -54,6 +57,14 @@ class Law:
     E: Array
 
     def __post_init__(self) -> None:
+        for name in ("speeds", *_MATRICES):
+            array = getattr(self, name)
+            dimensions = 1 if name == "speeds" else 3
+            if array.dtype.kind not in "fiu" or array.ndim != dimensions:
+                raise ParameterError(
+                    f"{name} has shape {array.shape} and type {array.dtype}; it must be an array of "
+                    f"numbers with {dimensions} dimensions"
+                )
         k, n, p, m = len(self.speeds), self.A.shape[1], self.D.shape[2], self.D.shape[1]
         shapes = {"A": (k, n, n), "B": (k, n, p), "C": (k, m, n), "D": (k, m, p), "E": (k, n, m)}
         for name, shape in shapes.items():
@@ -150,8 +161,8 @@ class ScheduledController(Controller):
         checks.known("observation", [self.observation], get_args(Observation))
         checks.number("limit", self.limit, low=0.0, open_low=True, unit="N m")
         checks.number("period", self.period, low=0.0, open_low=True, unit="s")
+        check_labels(self.readings, self.commands)
         names = [reading.name for reading in self.readings]
-        checks.known("reading", ["speed"], names)
         shape = (len(self.commands), len(names))
         if self.law.D.shape[1:] != shape:
             raise ParameterError(
@@ -176,6 +187,7 @@ class ScheduledController(Controller):
     def reset(self, count: int | None = None) -> None:
         """Start anew, for one vehicle (None) or for ``count`` vehicles side by side."""
         self._single = count is None
+        count = None if count is None else checks.whole("count", count, high=MOST_VEHICLES)
         self._z = np.zeros((count or 1, self.law.A.shape[1]))
         self._speeds = np.full(count or 1, np.nan)
         self._now: tuple[Array, ...] = ()
@@ -197,12 +209,8 @@ class ScheduledController(Controller):
         :meth:`advance` must follow with what is then commanded, which another controller may have
         added to.
         """
-        y = np.atleast_2d(np.asarray(observation, dtype=float)) * self._scales
-        if len(y) != len(self._z) or self._single != (np.ndim(observation) == 1):
-            raise ParameterError(
-                f"observation has shape {np.shape(observation)}; the controller was reset for "
-                + ("one vehicle" if self._single else f"{len(self._z)} vehicles")
-            )
+        count = None if self._single else len(self._z)
+        y = observation_rows(observation, count, len(self.readings)) * self._scales
         if not np.array_equal(y[:, self._speed_at], self._speeds):
             self._speeds = y[:, self._speed_at].copy()
             self._now = self.law.at(self._speeds)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import dataclasses
 import io
-import os
 from collections import deque
 from pathlib import Path
 from typing import Any
@@ -36,6 +35,7 @@ from agents.sb3 import HuntingVecEnv
 from agents.scheduled import ScheduledController
 from railenv import checks
 from railenv.errors import ParameterError
+from railenv.files import write_whole
 
 _MIRROR = {"ppo": MirrorActorCriticPolicy, "sac": MirrorSACPolicy, "td3": MirrorTD3Policy}
 _ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU, "elu": torch.nn.ELU}
@@ -75,6 +75,7 @@ class Trainer:
         self.judged = self._memory_env(recipe.evaluation.episodes, base, evaluation=True)
         self.counted = Counted()
         kind = ALGORITHMS[recipe.algorithm]
+        self.resumed = resumed and directory is not None
         if resumed and directory is not None:
             path = checkpoints.latest(directory)
             self.model, kept = checkpoints.load(path, kind, self.env, recipe.device)
@@ -135,8 +136,8 @@ class Trainer:
         left = total_timesteps - self.model.num_timesteps
         callback = Between(self, total_timesteps, progress)
         if left > 0:
-            fresh = self.model.num_timesteps == 0
-            self.model.learn(left, callback=callback, reset_num_timesteps=fresh)
+            # a run resumed from its first checkpoint, at 0 steps, has been reset already
+            self.model.learn(left, callback=callback, reset_num_timesteps=not self.resumed)
 
     def policy(self) -> LearnedPolicy:
         """Return the present policy."""
@@ -199,9 +200,7 @@ class Trainer:
         writer = csv.DictWriter(text, names, lineterminator="\n")
         writer.writeheader()
         writer.writerows(dataclasses.asdict(e) for e in self.counted.evaluations)
-        partial = self.directory / ".evaluations.csv"
-        partial.write_text(text.getvalue(), encoding="utf-8")
-        os.replace(partial, self.directory / "evaluations.csv")
+        write_whole(self.directory / "evaluations.csv", text.getvalue())
 
 
 @dataclasses.dataclass

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import os
-import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
@@ -13,10 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from agents.learned import LearnedPolicy
-from agents.recipe import Recipe, recipe
+from agents.recipe import Recipe, recipe, recipe_of_run
 from agents.scheduled import ScheduledController
 from railenv.errors import ParameterError
 from railenv.extras import require, require_rl
+from railenv.files import write_whole
 
 if TYPE_CHECKING:
     import control
@@ -169,8 +168,7 @@ def resume(
     record = folder / RECORD
     if not record.is_file():
         raise ParameterError(f"{folder} holds no training run ({RECORD} is not there)")
-    ((env_id, entry),) = json.loads(record.read_text(encoding="utf-8")).items()
-    made = Recipe.of(entry.pop("algorithm"), env_id, entry)
+    made = recipe_of_run(record)
     if total_timesteps is not None:
         made = dataclasses.replace(made, n_timesteps=total_timesteps)
     law = _linear(str(folder / _BASE)) if made.base else None
@@ -199,9 +197,7 @@ def _prepare(folder: Path, made: Recipe, law: ScheduledController | None) -> Rec
         law.save(folder / _BASE)
         made = dataclasses.replace(made, base=str(folder / _BASE))
     text = json.dumps({made.env_id: made.plain()}, indent=2)
-    partial = folder / f".{RECORD}"
-    partial.write_text(text + "\n", encoding="utf-8")
-    os.replace(partial, folder / RECORD)
+    write_whole(folder / RECORD, text + "\n")
     return made
 
 
@@ -224,5 +220,5 @@ def _run(
     if folder is not None:
         last.save(folder / "last.npz")
         if counted.policy is None:
-            shutil.copyfile(folder / "last.npz", folder / "best.npz")
+            last.save(folder / "best.npz")
     return Training(made, counted.policy or last, last, tuple(counted.evaluations), folder)

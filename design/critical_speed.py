@@ -23,7 +23,6 @@ from design.dynamics import Dynamics, dynamics
 from design.mode_shape import ModeShape, displacement_rows
 from railenv import checks
 from railenv.equilibrium import Branch, Equilibrium, Point, SpeedPath, Stuck, find_equilibrium
-from railenv.errors import ParameterError
 from railenv.models import Model
 from railenv.threads import one_blas_thread
 
@@ -220,11 +219,7 @@ def critical_speed(
     >>> round(hopf.speed, 2), round(hopf.frequency, 3)
     (116.12, 3.055)
     """
-    low, high = checks.speed(speed_range[0], "lowest speed"), checks.speed(speed_range[1])
-    if not low < high:
-        raise ParameterError(
-            f"speed_range is {speed_range}; the lowest speed must be below the highest"
-        )
+    low, high = checks.speeds(speed_range)
     u = checks.vector("inputs", inputs, model.input_names)
     judged_by = dynamics(model, controller, period)
     unit = SpeedPath.unit if controller is None else _CLOSED_LOOP_STEP

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from railenv import checks
 from railenv.equipment import Equipped
-from railenv.errors import ParameterError
+from railenv.errors import ParameterError, shown
 from railenv.models import Model
 
 Array = NDArray[np.float64]
@@ -310,10 +310,10 @@ def _converted(controller: Any, model: Model, period: float | None) -> Feedback:
         return controller
     try:
         gain = np.atleast_2d(np.asarray(controller, dtype=float))
-    except (TypeError, ValueError):
+    except (OverflowError, TypeError, ValueError):
         raise ParameterError(
-            f"controller is {controller!r}; it must be a matrix, a control.StateSpace or an object "
-            "with `steady` and `linearize` (design.Feedback)"
+            f"controller is {shown(controller)}; it must be a matrix, a control.StateSpace or an "
+            "object with `steady` and `linearize` (design.Feedback)"
         ) from None
     if not isinstance(model, Equipped):
         raise ParameterError(
@@ -328,6 +328,8 @@ def _converted(controller: Any, model: Model, period: float | None) -> Feedback:
             f"{', '.join(commands)} and a column for each of the {n} states, then for commands on "
             "their way"
         )
+    if not np.isfinite(gain).all():
+        raise ParameterError(f"the gain is {shown(gain)}; its entries must be finite")
     past = [f"{name}[-{age}]" for age in range(1, ages + 1) for name in commands]
     return LinearFeedback(
         _static(-gain, [*model.state_names, *past], commands, period or CONTROL_PERIOD)

@@ -281,9 +281,8 @@ def speed_locus(
     EquilibriumError
         If there is no equilibrium at the second speed already.
     """
-    targets = np.atleast_1d(np.asarray(speeds, dtype=float))
-    if targets.ndim != 1 or targets.size < 2:
-        raise ParameterError(f"speeds is {speeds!r}; a locus needs at least two speeds")
+    targets = checks.numbers("speeds", speeds, least=2)
+    checks.curvature(radius)
     family = _Speeds(model, dynamics(model, controller, period), float(radius), checks.cant(cant))
     points = []
     ended: str | None = None

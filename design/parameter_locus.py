@@ -19,7 +19,7 @@ from design.sampled import SampledDynamics
 from railenv import checks
 from railenv.equilibrium import follow_speeds
 from railenv.equipment import Equipped
-from railenv.errors import EquilibriumError, ParameterError
+from railenv.errors import EquilibriumError, ParameterError, shown
 from railenv.models import Model
 
 Array = NDArray[np.float64]
@@ -97,6 +97,7 @@ def parameter_locus(
     stability lost at conicity = 0.120143 at 4.6516 Hz
     """
     targets = _checked(model, parameter, values, controller)
+    checks.curvature(radius)
     conditions = checks.speed(speed), float(radius), checks.cant(cant)
     family = _Parameters(model, parameter, *conditions, controller, period, 0)
     memory = max(family.memory(float(targets[0])), family.memory(float(targets[-1])))
@@ -117,11 +118,9 @@ def parameter_locus(
 
 def _checked(model: Model, parameter: str, values: ArrayLike, controller: Any | None) -> Array:
     """Return the values of a parameter that exists."""
-    targets = np.atleast_1d(np.asarray(values, dtype=float))
-    if targets.ndim != 1 or targets.size < 2:
-        raise ParameterError(f"values is {values!r}; a locus needs at least two values")
+    targets = checks.numbers("values", values, least=2)
     if not (np.diff(targets) > 0.0).all():
-        raise ParameterError(f"values is {values!r}; the values must increase")
+        raise ParameterError(f"values is {shown(values)}; the values must increase")
     allowed = [*model.variable_names, *([GAIN] if controller is not None else [])]
     checks.known("parameter", [parameter], allowed)
     if controller is not None and parameter == GAIN and GAIN in model.variable_names:

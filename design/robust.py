@@ -166,20 +166,15 @@ def robust_critical_speed(
 
 
 def _checked(model: Model, box: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
-    if not box:
+    ranges = checks.mapping("box", box)
+    if not ranges:
         raise ParameterError("box is empty; give ranges of quantities of the vehicle")
-    checks.known("quantity", box, model.variable_names)
+    checks.known("quantity", ranges, model.variable_names)
     result = {}
-    for name, ends in box.items():
-        try:
-            low, high = ends
-        except (TypeError, ValueError):
-            raise ParameterError(f"box[{name!r}] is {ends!r}; it must be a pair (low, high)") from None
-        low, high = checks.number(f"lowest {name}", low), checks.number(f"highest {name}", high)
-        if low > high:
-            raise ParameterError(f"box[{name!r}] is ({low:g}, {high:g}); the lowest must come first")
-        model.replace(**{name: low}), model.replace(**{name: high})  # raise where not allowed
-        result[name] = (low, high)
+    for name, ends in ranges.items():
+        result[name] = checks.interval(f"box[{name!r}]", ends)
+        for end in result[name]:
+            model.replace(**{name: end})  # raises where it is not allowed
     return result
 
 

@@ -19,7 +19,7 @@ from design.store import Record
 from design.study import Study, run_study
 from railenv import checks
 from railenv.equipment import Actuator, Sensors
-from railenv.errors import ParameterError
+from railenv.errors import ParameterError, shown
 from railenv.extras import require
 from railenv.models import CooperriderBogie, Model
 from railenv.vehicles import CooperriderParameters, Vehicle, describe
@@ -261,7 +261,7 @@ def stability_map(
         tuple(axis.name for axis in chosen),
         quantity,
         None if speed is None else checks.speed(speed),
-        (float(speed_range[0]), float(speed_range[1])),
+        checks.speeds(speed_range),
         controller,
         period,
     )
@@ -300,8 +300,8 @@ def _assembled(function: CellFunction, axes: tuple[Axis, Axis], found: Study) ->
 
 
 def _axes(model: Model, axes: Mapping[str, ArrayLike], controller: Any | None) -> tuple[Axis, Axis]:
-    if len(axes) != 2:
-        raise ParameterError(f"axes is {axes!r}; it must map two parameters to their values")
+    if len(checks.mapping("axes", axes)) != 2:
+        raise ParameterError(f"axes is {shown(axes)}; it must map two parameters to their values")
     gain = () if controller is None else ("gain",)
     if gain and "gain" in axes and "gain" in model.variable_names:
         raise ParameterError(
@@ -332,14 +332,7 @@ def _named(model: Model, name: str) -> bool:
 
 
 def _ordered(name: str, given: ArrayLike) -> Array:
-    try:
-        values = np.array(given, dtype=float)
-    except (TypeError, ValueError):
-        raise ParameterError(f"{name} is {given!r}, which is not an array of numbers") from None
-    if values.ndim != 1 or values.size < 2:
-        raise ParameterError(f"{name} has shape {values.shape}; an axis needs two values or more")
-    if np.isnan(values).any():
-        raise ParameterError(f"{name} has entries that are no numbers")
+    values = checks.numbers(name, given, least=2)
     order = [checks.curvature(v) for v in values.tolist()] if name == "radius" else values
     steps = np.diff(order)
     if not ((steps > 0).all() or (steps < 0).all()):
@@ -357,9 +350,12 @@ def _check(
     cant: float,
 ) -> None:
     """Raise ParameterError where arguments contradict each other."""
-    if quantity not in QUANTITIES:
+    wanted: Any = quantity
+    if not isinstance(wanted, str) or wanted not in QUANTITIES:
         allowed = ", ".join(repr(q) for q in QUANTITIES)
-        raise ParameterError(f"quantity is {quantity!r}; it must be one of {allowed}")
+        raise ParameterError(f"quantity is {shown(quantity)}; it must be one of {allowed}")
+    checks.curvature(radius)
+    checks.cant(cant)
     names = [axis.name for axis in axes]
     given = {"radius": radius != math.inf, "cant": cant != 0.0, "speed": speed is not None}
     for name, is_given in given.items():

@@ -2,13 +2,14 @@
 
 The first line has the settings of the study, every other line what was found for one cell. Lines are
 appended by one write for each batch; a line cut short by a crash is dropped when the file is opened
-again.
+again. Every result carries a checksum, so that no changed number is taken for a result.
 """
 
 from __future__ import annotations
 
 import json
 import math
+import zlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,8 @@ from railenv.errors import ParameterError
 Record = dict[str, Any]
 """What a study finds for one cell: names with numbers, strings, None, or lists of these."""
 
-_FORMAT = "railenv study 1"
+_FORMAT = "railenv study 2"
+_CHECK = "crc32"
 _SHOWN = 5  # differences that a message tells
 
 
@@ -55,7 +57,7 @@ class Store:
 
     def add(self, records: Mapping[int, Record]) -> None:
         """Append what was found for some cells, in one write."""
-        self._append([{"cell": cell, **record} for cell, record in records.items()])
+        self._append([checked({"cell": cell, **record}) for cell, record in records.items()])
         self.records.update(records)
 
     def _lines(self) -> list[bytes]:
@@ -74,11 +76,12 @@ class Store:
     def _check(self, line: bytes, header: Mapping[str, Any]) -> None:
         try:
             found = json.loads(line)
-        except ValueError:
+        except (RecursionError, ValueError):
             raise self._foreign() from None
-        if not isinstance(found, dict) or found.get("format") != _FORMAT:
+        settings = isinstance(found, dict) and found.get("format") == _FORMAT and found.get("settings")
+        if not isinstance(settings, dict):
             raise self._foreign()
-        different = list(differences(found["settings"], header["settings"]))
+        different = list(differences(settings, header["settings"]))
         if different:
             more = len(different) - _SHOWN
             raise ParameterError(
@@ -91,10 +94,14 @@ class Store:
     def _parsed(self, line: bytes, number: int) -> Record:
         try:
             record = json.loads(line)
-        except ValueError:
-            record = None
-        if not isinstance(record, dict) or not isinstance(record.get("cell"), int):
-            raise ParameterError(f"store {str(self.path)!r} is damaged: line {number} is no result")
+            whole = record.pop(_CHECK) == _checksum(record) and isinstance(record["cell"], int)
+        except (AttributeError, KeyError, RecursionError, TypeError, ValueError):
+            whole = False
+        if not whole:
+            raise ParameterError(
+                f"store {str(self.path)!r} is damaged: line {number} is not as it was written; delete "
+                "that line to compute its cell again"
+            )
         return record
 
     def _foreign(self) -> ParameterError:
@@ -104,6 +111,15 @@ class Store:
         text = "".join(json.dumps(line, allow_nan=False) + "\n" for line in lines)
         with self.path.open("ab") as file:  # flushed by one write when closed
             file.write(text.encode())
+
+
+def checked(record: Record) -> Record:
+    """Return a result with its checksum, as a line of the file."""
+    return {**record, _CHECK: _checksum(record)}
+
+
+def _checksum(record: Any) -> int:
+    return zlib.crc32(json.dumps(record, allow_nan=False).encode())
 
 
 def plain(value: Any) -> Any:

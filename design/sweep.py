@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from design.critical_speed import SPEED_RANGE, CriticalSpeed, critical_speed
+from railenv import checks
 from railenv.models import Model
 
 if TYPE_CHECKING:
@@ -88,7 +89,7 @@ def curve_sweep(
     EquilibriumError
         If there is no running equilibrium on a curve at the lowest speed.
     """
-    values = np.atleast_1d(np.asarray(radii, dtype=float))
+    values = checks.numbers("radii", radii)
     todo: Iterable[float] = values.tolist()
     if progress:
         from rich.progress import track

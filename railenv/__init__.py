@@ -10,6 +10,7 @@ use, not on import.
 from railenv.equilibrium import Equilibrium, find_equilibrium
 from railenv.equipment import Actuator, Equipped, Sensors
 from railenv.errors import (
+    EquationError,
     EquilibriumError,
     MissingPackageError,
     ParameterError,
@@ -43,6 +44,7 @@ __all__ = [
     "CooperriderBogie",
     "CooperriderParameters",
     "DualWheelset",
+    "EquationError",
     "Equilibrium",
     "EquilibriumError",
     "Equipped",

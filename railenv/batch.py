@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from railenv import checks
-from railenv.errors import ParameterError
+from railenv.errors import ParameterError, shown
 from railenv.kernels import loader
 from railenv.models import Model
 
 PARALLEL_FROM = 64
 """Number of systems from which several threads pay."""
+
+
+MOST_STEPS = 10**9
+"""Steps of one call, which cannot be interrupted."""
 
 
 class Batch:
@@ -47,8 +52,13 @@ class Batch:
     def __init__(self, models: Sequence[Model], dtype: str = "float64") -> None:
         if not models:
             raise ParameterError("models is empty; a batch needs at least one model")
-        if dtype not in loader.LANES:
-            raise ParameterError(f"dtype is {dtype!r}; it must be 'float64' or 'float32'")
+        given: Any
+        for given in models:
+            if not isinstance(given, Model):
+                raise ParameterError(f"models contains {shown(given)}, which is no railenv.Model")
+        precision: Any = dtype
+        if not isinstance(precision, str) or precision not in loader.LANES:
+            raise ParameterError(f"dtype is {shown(dtype)}; it must be 'float64' or 'float32'")
         first = models[0]
         if any(model.equations is not first.equations for model in models):
             raise ParameterError("models of a batch must share their equations")
@@ -91,13 +101,18 @@ class Batch:
     def _checked(self, name: str, values: ArrayLike, labels: Sequence[str]) -> ArrayLike:
         try:
             array = np.asarray(values, dtype=float)
-        except (TypeError, ValueError):
-            raise ParameterError(f"{name} is {values!r}, which is not an array of numbers") from None
+        except (OverflowError, TypeError, ValueError):
+            raise ParameterError(
+                f"{name} is {shown(values)}, which is not an array of numbers"
+            ) from None
         if array.shape not in ((len(labels),), (self.n, len(labels))):
             raise ParameterError(
                 f"{name} has shape {array.shape}; it must be ({self.n}, {len(labels)}), or "
                 f"({len(labels)},) for all systems alike: {', '.join(labels)}"
             )
+        if not np.isfinite(array).all():
+            *_, entry = place = tuple(np.argwhere(~np.isfinite(array))[0])
+            raise ParameterError(f"{labels[entry]} is {array[place]:g} in {name}; it must be finite")
         return array
 
     @property
@@ -138,6 +153,8 @@ class Batch:
     def integrate(self, *, step: float, steps: int, parallel: bool | None = None) -> None:
         """Advance all systems by some RK4 steps, inputs and conditions held.
 
+        States of a system that diverges do not stay finite; the others go on.
+
         Parameters
         ----------
         step : float
@@ -147,8 +164,7 @@ class Batch:
             Use all threads; by default from 64 systems on.
         """
         h = self._kernels.real(checks.number("step", step, low=0.0, open_low=True, unit="s"))
-        if not hasattr(steps, "__index__") or steps < 0:
-            raise ParameterError(f"steps is {steps!r}; it must be a whole number from 0")
+        steps = checks.whole("steps", steps, low=0, high=MOST_STEPS)
         if parallel is None:
             parallel = self.n >= PARALLEL_FROM
         kernel = self._kernels.rk4_blocks_parallel if parallel else self._kernels.rk4_blocks

@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+import operator
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from railenv.errors import ParameterError, UnknownNameError
+from railenv.errors import ParameterError, UnknownNameError, shown
 
 CANT_LIMIT = 0.5
 """rad; the equations are written for small cant angles, 0.19 rad is the steepest track built."""
+
+
+HIGHEST_SPEED = 1e4
+"""m/s, far beyond all that runs on rails; numbers above it are mistakes."""
+
+
+LARGEST_COUNT = 2**63 - 1
 
 
 def number(
@@ -35,11 +43,11 @@ def number(
     try:
         result = float(value)
     except (TypeError, ValueError):
-        raise ParameterError(f"{name} is {value!r}, which is not a number") from None
+        raise ParameterError(f"{name} is {shown(value)}, which is not a number") from None
     except OverflowError:
         raise ParameterError(f"{name} is too large for a number; it must be finite") from None
     if isinstance(value, (bool, np.bool_, str, bytes)):
-        raise ParameterError(f"{name} is {value!r}, which is not a number")
+        raise ParameterError(f"{name} is {shown(value)}, which is not a number")
     inside = low < result if open_low else low <= result
     if not (math.isfinite(result) and inside and result <= high):
         bounds = []
@@ -52,22 +60,93 @@ def number(
     return result
 
 
-def whole(name: str, value: Any, *, low: int = 1) -> int:
-    """Return ``value`` as a whole number from ``low`` on.
+def whole(name: str, value: Any, *, low: int = 1, high: int = LARGEST_COUNT) -> int:
+    """Return ``value`` as a whole number within [low, high].
 
     Raises
     ------
     ParameterError
         If it is anything else.
     """
-    if not hasattr(value, "__index__") or isinstance(value, bool) or value < low:
-        raise ParameterError(f"{name} is {value!r}; it must be a whole number from {low}")
-    return int(value)
+    try:
+        result = operator.index(value)
+    except TypeError:
+        result = low - 1
+    if isinstance(value, bool) or not low <= result <= high:
+        limits = f"from {low}" + (f" to {high}" if high < LARGEST_COUNT or result > high else "")
+        raise ParameterError(f"{name} is {shown(value)}; it must be a whole number {limits}")
+    return result
+
+
+def interval(
+    name: str, value: Any, *, low: float = -math.inf, high: float = math.inf, unit: str = ""
+) -> tuple[float, float]:
+    """Return ``value`` as a pair of numbers within [low, high], the lowest first.
+
+    Raises
+    ------
+    ParameterError
+        If it is anything else.
+    """
+    try:
+        first, last = value
+    except (TypeError, ValueError):
+        raise ParameterError(f"{name} is {shown(value)}; it must be a pair (lowest, highest)") from None
+    first = number(f"lowest of {name}", first, low=low, high=high, unit=unit)
+    last = number(f"highest of {name}", last, low=low, high=high, unit=unit)
+    if first > last:
+        raise ParameterError(f"{name} is ({first:g}, {last:g}); the lowest must not exceed the highest")
+    return first, last
+
+
+def speeds(value: Any, name: str = "speed_range") -> tuple[float, float]:
+    """Return lowest and highest forward speed in m/s, which must differ."""
+    low, high = interval(name, value, unit="m/s")
+    speed(low, f"lowest of {name}")
+    if low == high:
+        raise ParameterError(f"{name} is ({low:g}, {high:g}) m/s; the lowest must be below the highest")
+    return low, high
+
+
+def mapping(name: str, value: Any) -> dict[str, Any]:
+    """Return a mapping as a dict; None is an empty one.
+
+    Raises
+    ------
+    ParameterError
+        If it is anything else.
+    """
+    if value is None:
+        return {}
+    if not isinstance(value, Mapping):
+        raise ParameterError(f"{name} is {shown(value)}; it must map names to values")
+    return dict(value)
+
+
+def numbers(name: str, value: Any, *, least: int = 1) -> NDArray[np.float64]:
+    """Return a sequence of numbers, of which none is NaN, as a vector; there must be some of them.
+
+    Raises
+    ------
+    ParameterError
+        If it is anything else.
+    """
+    try:
+        result = np.atleast_1d(np.array(value, dtype=float))
+    except (OverflowError, TypeError, ValueError):
+        raise ParameterError(f"{name} is {shown(value)}, which is not an array of numbers") from None
+    if result.ndim != 1 or result.size < least:
+        raise ParameterError(
+            f"{name} has shape {result.shape}; it must be a sequence of at least {least} numbers"
+        )
+    if np.isnan(result).any():
+        raise ParameterError(f"{name} is {shown(value)}; no entry may be NaN")
+    return result
 
 
 def speed(value: Any, name: str = "speed") -> float:
     """Return a forward speed in m/s; it must be positive, for creepages are relative to it."""
-    return number(name, value, low=0.0, open_low=True, unit="m/s")
+    return number(name, value, low=0.0, high=HIGHEST_SPEED, open_low=True, unit="m/s")
 
 
 def cant(value: Any) -> float:
@@ -77,7 +156,7 @@ def cant(value: Any) -> float:
 
 def curvature(radius: Any) -> float:
     """Return the curvature 1/R (1/m) of a curve radius in m; ``math.inf`` is tangent track."""
-    if isinstance(radius, (int, float)) and not isinstance(radius, bool) and math.isinf(radius):
+    if isinstance(radius, float) and math.isinf(radius):
         return 0.0
     value = number("radius", radius, unit="m")
     if abs(value) < 1.0:
@@ -100,8 +179,8 @@ def vector(name: str, value: ArrayLike | None, labels: Sequence[str]) -> NDArray
         return np.zeros(len(labels))
     try:
         result = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        raise ParameterError(f"{name} is {value!r}, which is not an array of numbers") from None
+    except (OverflowError, TypeError, ValueError):
+        raise ParameterError(f"{name} is {shown(value)}, which is not an array of numbers") from None
     if result.shape != (len(labels),):
         raise ParameterError(
             f"{name} has shape {result.shape}; it must be ({len(labels)},): {', '.join(labels)}"
@@ -112,8 +191,8 @@ def vector(name: str, value: ArrayLike | None, labels: Sequence[str]) -> NDArray
     return result
 
 
-def known(kind: str, names: Iterable[str], allowed: Sequence[str]) -> None:
+def known(kind: str, names: Iterable[Any], allowed: Sequence[str]) -> None:
     """Raise UnknownNameError unless every name is among those allowed."""
-    unknown = set(names) - set(allowed)
+    unknown = [name for name in names if not (isinstance(name, str) and name in allowed)]
     if unknown:
         raise UnknownNameError(kind, unknown, allowed)

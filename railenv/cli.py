@@ -46,7 +46,8 @@ def main() -> None:
     try:
         app()
     except (RailenvError, OSError) as error:
-        err.print(f"[red]error:[/] {escape(str(error))}", highlight=False, soft_wrap=True)
+        said = escape(" ".join(str(error).split()))  # one line, also of what other libraries say
+        err.print(f"[red]error:[/] {said}", highlight=False, soft_wrap=True)
         raise SystemExit(1) from None
 
 

@@ -71,10 +71,15 @@ def report(found: Any, plot: Path | None, as_json: bool) -> None:
         for part in found.shown:
             out.print(part, highlight=False)
     if plot:
-        save(found.draw(), plot)
+        save(found.draw(), plot, as_json)
 
 
-def save(drawn: Any, path: Path) -> None:
+def save(drawn: Any, path: Path, as_json: bool) -> None:
     """Write a figure, and say so."""
     drawn.figure.savefig(path)
-    out.print(f"wrote {path}", markup=False, highlight=False)
+    say_written(path, as_json)
+
+
+def say_written(path: Path, as_json: bool) -> None:
+    """Say that a file was written; not on standard output where that is JSON."""
+    (err if as_json else out).print(f"wrote {path}", markup=False, highlight=False, soft_wrap=True)

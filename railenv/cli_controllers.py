@@ -53,7 +53,7 @@ def evaluate(
         from agents.leaderboard import ordered
         from agents.plots import plot_comparison
 
-        save(plot_comparison(ordered(done)), plot)
+        save(plot_comparison(ordered(done)), plot, as_json)
 
 
 def tune(

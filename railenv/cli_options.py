@@ -58,15 +58,27 @@ DelayOption = Annotated[
 PeriodOption = Annotated[float | None, typer.Option(help="Control period, s; 0.005 if left out.")]
 
 
-def drawable(path: Path | None) -> Path | None:
-    """Refuse a file that cannot be drawn into, before anything is computed."""
-    if path is not None and path.suffix not in (".png", ".svg", ".pdf"):
-        raise ParameterError(f"picture {str(path)!r} must end in .png, .svg or .pdf")
+def picture(path: Path | None) -> Path | None:
+    """Check before anything is computed that a picture can be written."""
+    return _checked_path(path, (".png", ".svg", ".pdf"))
+
+
+def animation(path: Path | None) -> Path | None:
+    """Check before anything is computed that an animation can be written."""
+    return _checked_path(path, (".gif",))
+
+
+def _checked_path(path: Path | None, suffixes: tuple[str, ...]) -> Path | None:
+    if path is not None:
+        if path.suffix.lower() not in suffixes:
+            raise ParameterError(f"{str(path)!r} must end in {' or '.join(suffixes)}")
+        if not path.parent.is_dir():
+            raise ParameterError(f"folder {str(path.parent)!r} of {path.name} does not exist")
     return path
 
 
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")]
 PlotOption = Annotated[
     Path | None,
-    typer.Option("--plot", callback=drawable, help="Draw into this file (.png, .svg or .pdf)."),
+    typer.Option("--plot", callback=picture, help="Draw into this file (.png, .svg or .pdf)."),
 ]

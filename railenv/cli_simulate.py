@@ -85,4 +85,4 @@ def simulate(
     if plot:
         from design.plots import plot_response
 
-        save(plot_response(response, names), plot)
+        save(plot_response(response, names), plot, as_json)

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from railenv.cli_common import assignments, err, model_of, out, print_json, report, save
+from railenv.cli_common import assignments, err, model_of, out, print_json, report, save, say_written
 from railenv.cli_options import (
     CantOption,
     ControllerOption,
@@ -22,7 +22,8 @@ from railenv.cli_options import (
     VehicleOption,
     WashoutOption,
     YawRateGainOption,
-    drawable,
+    animation,
+    picture,
 )
 from railenv.errors import ParameterError
 
@@ -37,7 +38,8 @@ def critical_speed(
     changes: SetOption = None,
     plot: PlotOption = None,
     animate: Annotated[
-        Path | None, typer.Option(help="Animate the critical mode into this file (.gif).")
+        Path | None,
+        typer.Option(help="Animate the critical mode into this file (.gif).", callback=animation),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -51,12 +53,12 @@ def critical_speed(
     else:
         out.print(f"{built.name}: {found}", markup=False, highlight=False)
     if plot:
-        save(found.plot(), plot)
+        save(found.plot(), plot, as_json)
     if animate:
         if found.mode_shape is None:
             raise ParameterError(f"--animate needs a critical mode, but {built.name} is {found}")
         found.mode_shape.animate().save(animate, writer="pillow")
-        out.print(f"wrote {animate}", markup=False, highlight=False)
+        say_written(animate, as_json)
 
 
 def locus(
@@ -83,7 +85,7 @@ def locus(
     plot: PlotOption = None,
     damping_plot: Annotated[
         Path | None,
-        typer.Option(callback=drawable, help="Draw damping ratio and frequency into this file."),
+        typer.Option(callback=picture, help="Draw damping ratio and frequency into this file."),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -104,7 +106,7 @@ def locus(
         )
     report(found, plot, as_json)
     if damping_plot:
-        save(locus.plot_damping(), damping_plot)
+        save(locus.plot_damping(), damping_plot, as_json)
 
 
 def margins(

@@ -32,6 +32,10 @@ def vehicles(
 ) -> None:
     """Print the parameters of vehicles, with symbol, unit, meaning and source."""
     shown = [vehicle_of(name)] if name else list(railenv.PRESETS)
+    forms = {"--toml": toml, "--markdown": markdown, "--json": as_json}
+    if sum(forms.values()) > 1:
+        given = " and ".join(form for form, is_given in forms.items() if is_given)
+        raise ParameterError(f"{given} exclude each other; give one of them")
     if toml:
         if name is None:
             raise ParameterError("--toml needs the name of one vehicle")

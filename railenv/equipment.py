@@ -15,7 +15,7 @@ from railenv import checks
 from railenv.equations.coordinates import Running, bodies
 from railenv.equations.equipped import EQUIPMENT
 from railenv.equations.sensors import inertial_yaw_rate, specific_force
-from railenv.errors import ParameterError
+from railenv.errors import ParameterError, shown
 from railenv.kernels import loader
 from railenv.models import Bogie, DualWheelset, Model
 from railenv.vehicles import ParameterRecord, quantity
@@ -189,10 +189,11 @@ class Equipped(Model):
     ) -> None:
         if not isinstance(plant, (Bogie, DualWheelset)):
             raise ParameterError(f"plant is {plant!r}; it must be a Bogie or a DualWheelset")
-        if (plant.name, place) not in EQUIPMENT:
+        chosen: Any = place
+        if not isinstance(chosen, str) or (plant.name, chosen) not in EQUIPMENT:
             allowed = [repr(p) for p in PLACES if (plant.name, p) in EQUIPMENT]
             raise ParameterError(
-                f"place is {place!r}; actuators of a {plant.name} are at {', '.join(allowed)}"
+                f"place is {shown(place)}; actuators of a {plant.name} are at {', '.join(allowed)}"
             )
         default = Actuator.primary() if place == "primary" else Actuator.secondary()
         self.plant = plant
@@ -284,7 +285,7 @@ class Equipped(Model):
         Parameters are those of :meth:`railenv.Model.rhs`; the order is that of ``signal_names``.
         """
         evaluator = self._evaluator_at(x, u, speed, curvature, cant)
-        return evaluator.signals()
+        return self._finite(evaluator.signals(), x)
 
     def signal_jacobian(
         self,

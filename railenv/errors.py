@@ -5,6 +5,8 @@ from __future__ import annotations
 import difflib
 from typing import Any
 
+_LONGEST = 120  # characters of a value in a message
+
 
 class RailenvError(Exception):
     """Base of all exceptions that the package defines; they survive the way between processes."""
@@ -24,19 +26,34 @@ class ParameterError(RailenvError, ValueError):
     """A quantity has a value that is not allowed."""
 
 
+def shown(value: Any) -> str:
+    """Return a value as a message shows it: on one line, and not longer than it."""
+    return one_line(repr(value), _LONGEST)
+
+
+def one_line(text: str, longest: int = 300) -> str:
+    """Return a text on one line, and not longer than so many characters."""
+    line = " ".join(text.split())
+    return line if len(line) <= longest else f"{line[: longest - 3]}..."
+
+
 class UnknownNameError(ParameterError):
     """A name is not one of those that exist."""
 
     def __init__(self, kind: str, names: Any, allowed: Any) -> None:
         parts = []
         for name in sorted([names] if isinstance(names, str) else names, key=str):
-            close = difflib.get_close_matches(str(name), allowed, n=1)
-            parts.append(repr(name) + (f" (did you mean {close[0]!r}?)" if close else ""))
+            close = difflib.get_close_matches(str(name)[:_LONGEST], allowed, n=1)
+            parts.append(shown(name) + (f" (did you mean {close[0]!r}?)" if close else ""))
         super().__init__(f"unknown {kind}: {', '.join(parts)}; allowed are {', '.join(allowed)}")
 
 
 class MissingPackageError(RailenvError, ImportError):
     """A package of an extra is needed and not installed."""
+
+
+class EquationError(RailenvError, TypeError):
+    """Equations of motion hold something that no kernel can be generated from."""
 
 
 class EquilibriumError(RailenvError):

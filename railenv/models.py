@@ -20,7 +20,7 @@ from railenv import checks
 from railenv.equations import bogie, cooperrider, dual_wheelset
 from railenv.equations.contact import Wheel, wheel
 from railenv.equations.coordinates import Rail, Running, bodies, rails
-from railenv.errors import ParameterError
+from railenv.errors import ParameterError, shown
 from railenv.kernels import loader
 from railenv.vehicles import COOPERRIDER, QUANTITIES, CooperriderParameters, Vehicle
 
@@ -61,8 +61,8 @@ class Model:
     ------
     ParameterError
         If a name is unusable or a parameter is not a finite number.
-    TypeError
-        If the equations use a function that cannot be compiled.
+    EquationError
+        If the equations use what cannot be compiled.
 
     Examples
     --------
@@ -198,8 +198,13 @@ class Model:
         Returns
         -------
         ndarray, shape (n_states,)
+
+        Raises
+        ------
+        ParameterError
+            If an argument is not allowed, or a derivative is not finite.
         """
-        return self._evaluator_at(x, u, speed, curvature, cant).rhs()
+        return self._finite(self._evaluator_at(x, u, speed, curvature, cant).rhs(), x)
 
     def jacobian(
         self,
@@ -217,7 +222,7 @@ class Model:
         A : ndarray, shape (n_states, n_states)
         B : ndarray, shape (n_states, n_inputs)
         """
-        full = self._evaluator_at(x, u, speed, curvature, cant).jacobian()
+        full = self._finite(self._evaluator_at(x, u, speed, curvature, cant).jacobian(), x)
         n, m = self.n_states, self.n_inputs
         return full[:, :n].copy(), full[:, n : n + m].copy()
 
@@ -236,7 +241,7 @@ class Model:
         -------
         ndarray, shape (n_states, 3)
         """
-        full = self._evaluator_at(x, u, speed, curvature, cant).jacobian()
+        full = self._finite(self._evaluator_at(x, u, speed, curvature, cant).jacobian(), x)
         return full[:, self.n_states + self.n_inputs :].copy()
 
     def kernels(
@@ -271,6 +276,15 @@ class Model:
             checks.vector("u", u, self.input_names),
         )
         return evaluator
+
+    def _finite(self, result: Array, x: ArrayLike) -> Array:
+        """Return what was evaluated at a state, unless that is too far off for numbers."""
+        if not np.isfinite(result).all():
+            raise ParameterError(
+                f"x is {shown(x)}; derivatives of {self.name} are not finite there, with these inputs, "
+                "speed and curve"
+            )
+        return result
 
     def plain_rhs(
         self,

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from railenv import checks
 from railenv.equilibrium import find_equilibrium
-from railenv.errors import ParameterError, SimulationError
+from railenv.errors import ParameterError, SimulationError, shown
 from railenv.models import Model
 from railenv.track import Track
 
@@ -28,6 +28,8 @@ STEP_PER_MODE = 0.25
 
 _OUTPUT_STEP = 0.005  # s
 _CHUNK = 20_000  # steps whose drive is held in memory at a time
+_MOST_SAMPLES = 10**7  # some gigabytes
+_MOST_STEPS = 10**9  # some minutes
 _CONDITIONS = ("speed", "curvature", "cant")
 
 
@@ -101,17 +103,22 @@ def simulate(
     >>> bool(abs(response.outputs[0, -1]) < 1e-4)
     True
     """
-    if track is not None and (radius != math.inf or cant != 0.0):
+    if track is not None and not isinstance(track, Track):
+        raise ParameterError(f"track is {shown(track)}; it must be a railenv.Track")
+    curvature, cant = checks.curvature(radius), checks.cant(cant)
+    if track is not None and (curvature or cant):
         raise ParameterError(
             f"radius is {radius:g} m and cant {cant:g} rad; give either them or a track, not both"
         )
     plan = Track.circular(radius, cant) if track is None else track
     duration = checks.number("duration", duration, low=0.0, open_low=True, unit="s")
     output_step = checks.number("output_step", output_step, low=0.0, open_low=True, unit="s")
-    run = _Run(model, speed, plan, dict(inputs or {}), duration)
-    start = run.initial_state(initial_state, dict(perturbation or {}))
-    rows = max(1, math.ceil(duration / output_step - 1e-9))
+    run = _Run(model, speed, plan, checks.mapping("inputs", inputs), duration)
+    start = run.initial_state(initial_state, checks.mapping("perturbation", perturbation))
+    rows = _count("output_step", output_step, duration, _MOST_SAMPLES)
     times = np.linspace(0.0, duration, rows + 1)
+    if not isinstance(method, str):
+        raise ParameterError(f"method is {shown(method)}; it must be 'RK4' or the name of another")
     if method == "RK4":
         states = _runge_kutta(run, start, times, step)
     else:
@@ -125,6 +132,17 @@ def simulate(
             response,
         )
     return response
+
+
+def _count(name: str, step: float, whole: float, most: int) -> int:
+    """Return how many steps (s) a duration (s) takes, at least 1."""
+    ratio = whole / step
+    if not ratio <= most:
+        raise ParameterError(
+            f"{name} is {step:g} s in a duration of {whole:g} s; it must be at least "
+            f"{whole / most:g} s, for at most {most} steps"
+        )
+    return max(1, math.ceil(ratio - 1e-9))
 
 
 @dataclass
@@ -160,7 +178,14 @@ class _Run:
 
     def _signal(self, name: str, signal: Signal, times: Array) -> Array:
         if callable(signal):
-            values = np.broadcast_to(np.asarray(signal(times), dtype=float), times.shape)
+            returned = signal(times)
+            try:
+                values = np.broadcast_to(np.asarray(returned, dtype=float), times.shape)
+            except (OverflowError, TypeError, ValueError):
+                raise ParameterError(
+                    f"{name} as a function of {times.size} times returns {shown(returned)}; it must be "
+                    "as many numbers, or one"
+                ) from None
         else:
             values = np.full(times.shape, checks.number(name, signal))
         if not np.isfinite(values).all():
@@ -204,7 +229,10 @@ def natural_step(model: Model, state: Array, *, speed: float, curvature: float, 
     """Return the RK4 time step (s) that the fastest mode about a state asks for."""
     evaluator = model.evaluator()
     evaluator.set(state, speed, curvature, cant)
-    fastest = np.abs(np.linalg.eigvals(evaluator.jacobian()[:, : model.n_states])).max()
+    jacobian = evaluator.jacobian()[:, : model.n_states]
+    if not np.isfinite(jacobian).all():
+        raise ParameterError(f"state is {shown(state)}; forces of {model.name} are not finite there")
+    fastest = np.abs(np.linalg.eigvals(jacobian)).max()
     return STEP_PER_MODE / max(float(fastest), 1e-6)
 
 
@@ -217,7 +245,8 @@ def _runge_kutta(run: _Run, start: Array, times: Array, step: float | None) -> A
         step = natural_step(model, start, speed=run.slowest, curvature=curvature, cant=cant)
     else:
         step = checks.number("step", step, low=0.0, open_low=True, unit="s")
-    stride = max(1, math.ceil(interval / step - 1e-9))
+    _count("step", step, float(times[-1]), _MOST_STEPS)
+    stride = _count("step", step, interval, _MOST_STEPS)
     kernels = model.kernels()
     layout = kernels.LAYOUT
     w = np.zeros(layout.j)
@@ -247,6 +276,8 @@ def _solve_ivp(run: _Run, start: Array, times: Array, method: str, rtol: float, 
     from scipy import integrate
 
     model, m = run.model, run.model.n_inputs
+    rtol = checks.number("rtol", rtol, low=0.0, open_low=True)
+    atol = checks.number("atol", atol, low=0.0, open_low=True)
     evaluator = model.evaluator()
     grid = np.linspace(0.0, times[-1], max(2001, 20 * len(times)))
     distance = integrate.cumulative_trapezoid(run._signal("speed", run.speed, grid), grid, initial=0.0)
@@ -280,7 +311,7 @@ def _solve_ivp(run: _Run, start: Array, times: Array, method: str, rtol: float, 
         if "method" not in str(error):
             raise
         raise ParameterError(
-            f"method is {method!r}; it must be 'RK4' or a method of scipy.integrate.solve_ivp"
+            f"method is {shown(method)}; it must be 'RK4' or a method of scipy.integrate.solve_ivp"
         ) from None
     states = solution.y.T
     finite = np.isfinite(states).all(axis=1)

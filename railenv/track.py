@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from railenv import checks
-from railenv.errors import ParameterError
+from railenv.errors import ParameterError, shown
 
 
 @dataclass(frozen=True)
@@ -45,6 +45,14 @@ class Track:
     cant: tuple[float, ...]
 
     def __post_init__(self) -> None:
+        for name in ("distance", "curvature", "cant"):
+            value = getattr(self, name)
+            try:
+                object.__setattr__(self, name, tuple(value))
+            except TypeError:
+                raise ParameterError(
+                    f"{name} is {shown(value)}; it must be a sequence of numbers"
+                ) from None
         n = len(self.distance)
         if n == 0 or len(self.curvature) != n or len(self.cant) != n:
             raise ParameterError(

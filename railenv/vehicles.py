@@ -218,7 +218,12 @@ class Vehicle(ParameterRecord):
             factor = checks.number("creep_factor", changes["creep_factor"], low=0.0, open_low=True)
             changes = {n: v for n, v in changes.items() if n != "creep_factor"}
             for name in CREEP_COEFFICIENTS:
-                changes[name] = factor * changes.get(name, getattr(self, name))
+                value = checks.number(name, changes.get(name, getattr(self, name)))
+                if not 0.0 < factor * value < math.inf and value > 0.0:
+                    raise ParameterError(
+                        f"creep_factor is {factor:g}; {name} becomes {factor * value:g} N"
+                    )
+                changes[name] = factor * value
         return dataclasses.replace(self, **changes)
 
     @property
@@ -275,7 +280,7 @@ class Vehicle(ParameterRecord):
         try:
             text = Path(path).read_text(encoding="utf-8")
             data = tomllib.loads(text)
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        except (RecursionError, tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
             raise ParameterError(f"{path} is not a TOML file: {error}") from None
         names = [f.name for f in dataclasses.fields(cls)]
         checks.known(f"field in {path}", set(data) - {"base"}, names)

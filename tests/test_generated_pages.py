@@ -9,6 +9,7 @@ import pytest
 import sympy
 
 import design
+from benchmarks.reliability.run import AREAS
 from design.reproduction import FULL, paper, reproduce
 from design.reproduction.cases import VEHICLES
 from design.reproduction.claims import cases_of
@@ -188,6 +189,17 @@ def test_claims_of_the_page_are_judged_again(tmp_path):
     # numbers of chaotic motions differ between processors
     for column in ("claim", "source", "statement", "paper", "vehicle", "verdict"):
         assert found[column] == kept[column]
+
+
+def test_tables_of_reliability_are_those_measured_and_nothing_failed():
+    make_reliability = script("make_reliability")
+    assert make_reliability.page(text("reliability.md")) == text("reliability.md")
+    rows = json.loads(text("reliability.json"))["measured"]
+    examples = {r["name"]: sum(r["outcomes"].values()) for r in rows if r["part"] == "fuzz"}
+    assert list(examples) == [area.name for area in AREAS]
+    assert sum(examples.values()) > 50_000
+    assert not any(row.get("failures") for row in rows)
+    assert min(row["simulated"] for row in rows if row["part"] == "soak") >= 3600.0
 
 
 def test_diagram_is_generated_and_its_stations_exist():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from design.reproduction.section import Data, Section
 from design.reproduction.store import Results, Store
 from design.reproduction.workers import compute, write
 from railenv.errors import ParameterError, RailenvError
+from railenv.files import write_whole
 
 STORE = "pieces"
 """Folder of the stored computations, in the directory of the report."""
@@ -121,13 +121,6 @@ def reproduce(
                 f"{store.directory}. Run the same command again, without --fresh, to go on"
             ) from None
     path = directory / "report.html"
-    _write(path, page(parts, note))
-    return Report(path, tuple(files), data, len(missing), len(pieces) - len(missing))
-
-
-def _write(path: Path, text: str) -> None:
-    """Write a file whole: a reader never sees a half."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_suffix(f".{os.getpid()}.part")
-    temporary.write_text(text, encoding="utf-8")
-    os.replace(temporary, path)
+    write_whole(path, page(parts, note))
+    return Report(path, tuple(files), data, len(missing), len(pieces) - len(missing))

@@ -6,9 +6,7 @@ import hashlib
 import inspect
 import json
 import marshal
-import os
 import sys
-import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
@@ -20,6 +18,7 @@ import numpy as np
 import railenv
 from design.reproduction import codec
 from railenv.errors import ParameterError
+from railenv.files import npz, read_arrays, write_whole
 
 _TREE = "tree"
 _ROOT = Path(__file__).resolve().parent.parent.parent
@@ -113,10 +112,10 @@ class Store:
     def has(self, piece: Piece) -> bool:
         """Tell whether a piece has been computed; a damaged file does not count."""
         try:
-            with np.load(self.path(piece), allow_pickle=False) as archive:
-                return _TREE in archive.files
-        except (OSError, EOFError, ValueError, zipfile.BadZipFile):
+            self.load(piece)
+        except (FileNotFoundError, ParameterError):
             return False
+        return True
 
     def load(self, piece: Piece) -> Any:
         """Return the stored result of a piece.
@@ -125,11 +124,16 @@ class Store:
         ------
         FileNotFoundError
             If it has not been computed.
+        ParameterError
+            If its file is damaged.
         """
-        with np.load(self.path(piece), allow_pickle=False) as archive:
-            tree = json.loads(bytes(archive[_TREE]))
-            arrays = [archive[f"a{i}"] for i in range(len(archive.files) - 1)]
-        return codec.decode(tree, arrays)
+        path = self.path(piece)
+        arrays = read_arrays(path)
+        try:
+            tree = json.loads(bytes(arrays.pop(_TREE)))
+            return codec.decode(tree, [arrays[f"a{i}"] for i in range(len(arrays))])
+        except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+            raise ParameterError(f"{path} is damaged: {error!r}") from None
 
     def save(self, piece: Piece, value: Any) -> None:
         """Write the result of a piece; the file appears whole or not at all."""
@@ -137,21 +141,11 @@ class Store:
         text = np.frombuffer(json.dumps(tree).encode(), dtype=np.uint8)
         named: dict[str, Any] = {_TREE: text, **{f"a{i}": a for i, a in enumerate(arrays)}}
         self.directory.mkdir(parents=True, exist_ok=True)
-        target = self.path(piece)
-        temporary = target.with_suffix(f".{os.getpid()}.part")
-        try:
-            with temporary.open("wb") as stream:
-                np.savez_compressed(stream, **named)
-                stream.flush()
-                os.fsync(stream.fileno())
-            os.replace(temporary, target)
-        except BaseException:
-            temporary.unlink(missing_ok=True)
-            raise
+        write_whole(self.path(piece), npz(named))
 
     def clear(self) -> None:
         """Remove all stored results, and what a killed run left half written."""
-        for pattern in ("*.npz", "*.part"):
+        for pattern in ("*.npz", ".*.part"):
             for path in self.directory.glob(pattern):
                 path.unlink()
 

@@ -14,7 +14,7 @@ from railenv.envs.fleet import BOUND, REASONS, Fleet, broadcast_options
 from railenv.envs.metrics import episode_metrics
 from railenv.envs.settings import Settings, settings
 from railenv.envs.showing import Recorder
-from railenv.errors import ParameterError
+from railenv.errors import ParameterError, shown
 
 TERM_NAMES = ("hunting", "excursion", "ride", "effort", "derailment")
 """Terms of the reward in ``info``, each between 0 and 1."""
@@ -31,6 +31,15 @@ def observation_space(fleet: Fleet) -> spaces.Box:
     """Return the space of observations of one environment, history included."""
     n = len(fleet.observation_names) * (fleet.settings.history + 1)
     return spaces.Box(-BOUND, BOUND, (n,), np.float32)
+
+
+def numbers_of(actions: Any) -> NDArray[np.float64] | None:
+    """Return actions as an array of finite numbers; None where they are not."""
+    try:
+        values = np.asarray(actions, dtype=float)
+    except (OverflowError, TypeError, ValueError):
+        return None
+    return values if np.isfinite(values).all() else None
 
 
 class History:
@@ -121,12 +130,12 @@ class HuntingEnv(gym.Env[NDArray[np.float32], Any]):
         n = self._fleet.n_actuators
         if n == 0:
             return self._idle
-        commands = np.asarray(action, dtype=float).reshape(1, -1)
-        if commands.shape[1] != n or not np.isfinite(commands).all():
+        commands = numbers_of(action)
+        if commands is None or commands.size != n:
             raise ParameterError(
-                f"action is {action!r}; it must be {n} finite number{'s' * (n > 1)} in [-1, 1]"
+                f"action is {shown(action)}; it must be {n} finite number{'s' * (n > 1)} in [-1, 1]"
             )
-        return commands
+        return commands.reshape(1, n)
 
     def episode_metrics(self) -> dict[str, float]:
         """Return the metrics of the episode so far (:func:`railenv.envs.metrics.episode_metrics`)."""

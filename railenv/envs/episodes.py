@@ -135,7 +135,9 @@ def _running(
     cant = checks.cant(pinned["cant"]) if "cant" in pinned else None
     speeds = settings.speed_range
     if "speed" in pinned:
-        speed = checks.number("speed", pinned["speed"], low=LOWEST_SPEED, unit="m/s")
+        speed = checks.number(
+            "speed", pinned["speed"], low=LOWEST_SPEED, high=checks.HIGHEST_SPEED, unit="m/s"
+        )
         speeds = (speed, speed)
     if curvature is not None:
         tangent, hand = curvature == 0.0, math.copysign(1.0, curvature)

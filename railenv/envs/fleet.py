@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from railenv import irregularity
+from railenv import checks, irregularity
 from railenv.envs.episodes import Episode, draw
 from railenv.envs.metrics import CFR_LIMIT
 from railenv.envs.observation import Reading, delay_slots, observation_table
@@ -23,7 +23,7 @@ from railenv.envs.settings import LOWEST_SPEED, Settings
 from railenv.equations.coordinates import Running, bodies
 from railenv.equations.sensors import specific_force
 from railenv.equilibrium import find_equilibrium
-from railenv.errors import EquilibriumError, ParameterError
+from railenv.errors import EquilibriumError, ParameterError, shown
 from railenv.models import Bogie, DualWheelset
 
 Array = NDArray[np.float64]
@@ -428,15 +428,19 @@ def broadcast_options(options: Mapping[str, Any] | None, n: int) -> Sequence[dic
         If an array has another length.
     """
     split: list[dict[str, Any]] = [{} for _ in range(n)]
-    for name, value in (options or {}).items():
-        if np.ndim(value) == 0:
+    for name, value in checks.mapping("options", options).items():
+        try:
+            shape = np.shape(value)
+        except ValueError:
+            raise ParameterError(
+                f"option {name} is {shown(value)}; it must be one number or {n} of them"
+            ) from None
+        if shape == ():
             values = [value] * n
-        elif np.shape(value) == (n,):
+        elif shape == (n,):
             values = list(value)
         else:
-            raise ParameterError(
-                f"option {name} has shape {np.shape(value)}; it must be one number or ({n},)"
-            )
+            raise ParameterError(f"option {name} has shape {shape}; it must be one number or ({n},)")
         for pinned, one in zip(split, values, strict=True):
             pinned[name] = one
     return split

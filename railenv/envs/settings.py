@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
@@ -11,7 +10,7 @@ from typing import Any, Literal, get_args
 from railenv import checks
 from railenv.envs.observation import Observation
 from railenv.equipment import PLACES, Actuator, Equipped, Place, Sensors
-from railenv.errors import ParameterError
+from railenv.errors import ParameterError, shown
 from railenv.irregularity import Level
 from railenv.models import Bogie, DualWheelset
 from railenv.vehicles import HIGH_SPEED_COACH, TABLE_1, Vehicle
@@ -93,7 +92,7 @@ class Settings:
     duration : float
         s, after which the episode is truncated.
     control_period, time_step : float
-        s between actions, and of the integration.
+        s between actions (0.1 ms to 1 s), and of the integration (1 µs to 1 s).
     weights : RewardWeights
     critical_speed : float, optional
         m/s, shown by the renderer.
@@ -123,10 +122,12 @@ class Settings:
     critical_speed: float | None = None
 
     def __post_init__(self) -> None:
+        if not isinstance(self.vehicle, Vehicle):
+            raise ParameterError(f"vehicle is {shown(self.vehicle)}; it must be a railenv.Vehicle")
         for name in ("actuator", "observation", "track", "irregularity"):
             value = getattr(self, name)
             if not isinstance(value, str) and not (name == "irregularity" and value is None):
-                raise ParameterError(f"{name} is {value!r}; it must be a name")
+                raise ParameterError(f"{name} is {shown(value)}; it must be a name")
         for name, choices in (
             ("actuator", PLACES),
             ("observation", get_args(Observation)),
@@ -135,46 +136,38 @@ class Settings:
             checks.known(name, [getattr(self, name)], choices)
         if self.irregularity is not None:
             checks.known("irregularity", [self.irregularity], get_args(Level))
-        self._range("speed_range", low=LOWEST_SPEED, unit="m/s")
+        self._range("speed_range", low=LOWEST_SPEED, high=checks.HIGHEST_SPEED, unit="m/s")
         self._range("cant_range", low=0.0, high=checks.CANT_LIMIT, unit="rad")
         self._range("irregularity_factor", low=0.0)
         if not isinstance(self.randomize, Mapping):
-            raise ParameterError(f"randomize is {self.randomize!r}; it must map names to ranges")
+            raise ParameterError(f"randomize is {shown(self.randomize)}; it must map names to ranges")
         checks.known("name in randomize", self.randomize, RANDOMIZABLE)
         for name in self.randomize:
-            ends = _checked_range(f"randomize[{name!r}]", self.randomize[name], low=0.0)
+            ends = checks.interval(f"randomize[{name!r}]", self.randomize[name], low=0.0)
             for end in ends:
                 self.vehicle.replace(**{name: end})  # raises where a vehicle could not have it
         if self.critical_speed is not None:
             checks.speed(self.critical_speed, "critical_speed")
-        for name, unit in (
-            ("max_cant_deficiency", "m"),
-            ("min_radius", "m"),
-            ("duration", "s"),
-            ("control_period", "s"),
-            ("time_step", "s"),
-        ):
+        for name, unit in (("max_cant_deficiency", "m"), ("min_radius", "m"), ("duration", "s")):
             checks.number(name, getattr(self, name), low=0.0, open_low=True, unit=unit)
+        checks.number("control_period", self.control_period, low=1e-4, high=1.0, unit="s")
+        checks.number("time_step", self.time_step, low=1e-6, high=1.0, unit="s")
         checks.number("tangent_share", self.tangent_share, low=0.0, high=1.0)
         checks.number("initial_offset", self.initial_offset, low=0.0, high=0.02, unit="m")
-        if (
-            not hasattr(self.history, "__index__")
-            or type(self.history).__name__ == "bool"
-            or self.history < 0
-        ):
-            raise ParameterError(f"history is {self.history!r}; it must be a whole number from 0")
+        checks.whole("history", self.history, low=0, high=_LONGEST_HISTORY)
+        checks.number("duration", self.duration, high=_MOST_STEPS * self.control_period, unit="s")
         if self.steps < 1:
             raise ParameterError(
                 f"duration is {self.duration:g} s; it must be at least one control period "
                 f"({self.control_period:g} s)"
             )
         if not isinstance(self.weights, RewardWeights):
-            raise ParameterError(f"weights is {self.weights!r}; it must be RewardWeights")
+            raise ParameterError(f"weights is {shown(self.weights)}; it must be RewardWeights")
         self.model()  # raises where vehicle, actuator and sensors do not go together
 
-    def _range(self, name: str, low: float, high: float = math.inf, unit: str = "") -> None:
+    def _range(self, name: str, low: float, high: float = float("inf"), unit: str = "") -> None:
         object.__setattr__(
-            self, name, _checked_range(name, getattr(self, name), low=low, high=high, unit=unit)
+            self, name, checks.interval(name, getattr(self, name), low=low, high=high, unit=unit)
         )
 
     @property
@@ -188,19 +181,8 @@ class Settings:
         return Equipped(kind(self.vehicle), self.actuator, self.actuator_model, self.sensors)
 
 
-def _checked_range(
-    name: str, value: Any, *, low: float, high: float = math.inf, unit: str = ""
-) -> tuple[float, float]:
-    try:
-        first, last = value
-    except (TypeError, ValueError):
-        raise ParameterError(f"{name} is {value!r}; it must be a pair (lowest, highest)") from None
-    first = checks.number(f"lowest of {name}", first, low=low, high=high, unit=unit)
-    last = checks.number(f"highest of {name}", last, low=low, high=high, unit=unit)
-    if first > last:
-        raise ParameterError(f"{name} is ({first:g}, {last:g}); the lowest must not exceed the highest")
-    return first, last
-
+_LONGEST_HISTORY = 10_000
+_MOST_STEPS = 10**9
 
 _DEFAULTS: Mapping[str, Mapping[str, Any]] = {
     "bogie": {

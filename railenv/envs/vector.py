@@ -15,15 +15,18 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from railenv import checks
-from railenv.envs.environment import TERM_NAMES, History, action_space, observation_space
+from railenv.envs.environment import TERM_NAMES, History, action_space, numbers_of, observation_space
 from railenv.envs.fleet import REASONS, Fleet, broadcast_options
 from railenv.envs.metrics import episode_metrics
 from railenv.envs.settings import Settings, settings
 from railenv.envs.showing import Recorder
-from railenv.errors import ParameterError
+from railenv.errors import ParameterError, shown
 from railenv.kernels import loader
 
 Bools = NDArray[np.bool_]
+
+MOST_ENVIRONMENTS = 2**20
+"""Side by side; they take gigabytes."""
 
 
 class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
@@ -59,18 +62,13 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
         max_episode_steps: int | None = None,
         **keywords: Any,
     ) -> None:
-        if not hasattr(num_envs, "__index__") or num_envs < 1:
-            raise ParameterError(f"num_envs is {num_envs!r}; it must be a whole number from 1")
+        num_envs = checks.whole("num_envs", num_envs, high=MOST_ENVIRONMENTS)
         if render_mode not in (None, "rgb_array"):
             raise ParameterError(f"render_mode is {render_mode!r}; it must be None or 'rgb_array'")
-        if max_episode_steps is not None and (
-            not hasattr(max_episode_steps, "__index__") or max_episode_steps < 1
-        ):
-            raise ParameterError(
-                f"max_episode_steps is {max_episode_steps!r}; it must be a whole number from 1"
-            )
+        if max_episode_steps is not None:
+            checks.whole("max_episode_steps", max_episode_steps)
         self.settings: Settings = settings(self.plant, keywords)
-        self.num_envs = int(num_envs)
+        self.num_envs = num_envs
         self.render_mode = render_mode
         modes = {mode.value: mode for mode in AutoresetMode}
         key = autoreset_mode.value if isinstance(autoreset_mode, AutoresetMode) else autoreset_mode
@@ -118,7 +116,7 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
             Pinned quantities, numbers or arrays of one per environment; ``reset_mask`` (bool array)
             resets only some environments.
         """
-        pinned = dict(options or {})
+        pinned = checks.mapping("options", options)
         rows = np.flatnonzero(self._mask(pinned.pop("reset_mask", None))).tolist()
         seeds = self._seeds(seed)
         for i in rows:
@@ -142,13 +140,15 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
     def _seeds(self, seed: int | Sequence[int | None] | None) -> Sequence[int | None]:
         if seed is None:
             return [None] * self.num_envs
-        if isinstance(seed, (int, np.integer)):
-            return [int(seed) + i for i in range(self.num_envs)]
-        if len(seed) != self.num_envs:
+        if not isinstance(seed, (list, tuple, np.ndarray)):
+            first = checks.whole("seed", seed, low=0)
+            return [first + i for i in range(self.num_envs)]
+        seeds: list[int | None] = list(np.atleast_1d(np.asarray(seed, dtype=object)))
+        if len(seeds) != self.num_envs:
             raise ParameterError(
-                f"seed has {len(seed)} entries; there are {self.num_envs} environments"
+                f"seed has {len(seeds)} entries; there are {self.num_envs} environments"
             )
-        return seed
+        return [None if one is None else checks.whole("seed", one, low=0) for one in seeds]
 
     def _reset(self, rows: Any, pinned: Sequence[dict[str, Any]]) -> None:
         drawn = []
@@ -229,10 +229,10 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
         n = self._fleet.n_actuators
         if n == 0:
             return self._idle
-        commands = np.asarray(actions, dtype=float)
-        if commands.shape != (self.num_envs, n) or not np.isfinite(commands).all():
+        commands = numbers_of(actions)
+        if commands is None or commands.shape != (self.num_envs, n):
             raise ParameterError(
-                f"actions have shape {commands.shape}; they must be finite numbers of shape "
+                f"actions are {shown(actions)}; they must be finite numbers of shape "
                 f"({self.num_envs}, {n})"
             )
         return commands

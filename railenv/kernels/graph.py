@@ -10,6 +10,7 @@ expanded expressions takes minutes.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -18,11 +19,19 @@ from typing import Any
 import sympy
 from sympy.core.parameters import distribute
 
-from railenv.errors import ParameterError
+from railenv.equations import functions
+from railenv.equations.symbolic import WherePositive
+from railenv.errors import EquationError, ParameterError, RailenvError, UnknownNameError
 
 CONDITIONS = ("speed", "curvature", "cant")
 
 Assignment = tuple[sympy.Symbol, sympy.Expr]
+
+_FUNCTIONS = {name for name in functions.__all__ if hasattr(sympy, name)}
+_ADVICE = (
+    "equations may use +, -, *, /, ** with a constant exponent, abs() and the functions of "
+    "railenv.equations.functions"
+)
 
 
 @dataclass(frozen=True)
@@ -83,19 +92,23 @@ def trace(
     ------
     ParameterError
         If the number of derivatives is not the number of states.
-    TypeError
-        If the equations do with symbols what only numbers can do.
+    UnknownNameError
+        If the equations read a parameter that there is not.
+    EquationError
+        If the equations do with symbols what only numbers can do, or use what cannot be compiled.
     """
     x, u, conditions, p = (
         tuple(map(sympy.Symbol, names)) for names in (states, inputs, CONDITIONS, parameters)
     )
     with distribute(False):  # keep 2*(a + b) as it was written
-        named = SimpleNamespace(**dict(zip(parameters, p, strict=True)))
+        named = _Parameters(**dict(zip(parameters, p, strict=True)))
         try:
             derivatives = list(equations(x, u, *conditions, named))
             further = list(signals(x, u, *conditions, named)) if signals else []
-        except TypeError as error:
-            raise TypeError(
+        except RailenvError:
+            raise
+        except (ArithmeticError, TypeError, ValueError) as error:
+            raise EquationError(
                 f"the equations cannot be run on symbols: {error}. Use Python's operators and the "
                 "functions of railenv.equations.functions (not those of math or NumPy), and "
                 "where_positive instead of `if`, max or min"
@@ -105,7 +118,15 @@ def trace(
                 f"the equations return {len(derivatives)} derivatives for {len(states)} states; "
                 "they must return one per state, in the order of `states`"
             )
-        results = [_with_integers(sympy.sympify(d)) for d in (*derivatives, *further)]
+        known = {*x, *u, *conditions, *p}
+        labels = [
+            *(f"derivative of {name}" for name in states),
+            *(f"signal {k}" for k in range(len(further))),
+        ]
+        results = [
+            _with_integers(_compilable(value, label, known))
+            for value, label in zip((*derivatives, *further), labels, strict=True)
+        ]
         names = sympy.numbered_symbols("_c")
         replacements, reduced = sympy.cse(results, symbols=names, order="canonical")
         flat = _Flattener()
@@ -134,6 +155,55 @@ def needed(assignments: Sequence[Assignment], results: Sequence[sympy.Expr]) -> 
             wanted |= expression.free_symbols
             kept.append((symbol, expression))
     return kept[::-1]
+
+
+class _Parameters(SimpleNamespace):
+    """The parameters as attributes; says which there are where one is not known."""
+
+    def __getattr__(self, name: str) -> Any:
+        raise UnknownNameError("parameter in the equations", name, list(vars(self)))
+
+
+def _compilable(value: Any, label: str, known: set[sympy.Symbol]) -> sympy.Expr:
+    """Return what the equations gave as an expression of nothing but what kernels can compute.
+
+    Absolute values become a choice, and constants such as sympy.pi numbers.
+    """
+    try:
+        expression = sympy.sympify(value, strict=True)
+    except sympy.SympifyError:
+        expression = None
+    if not isinstance(expression, sympy.Expr):
+        raise EquationError(f"the {label} is {value!r}; it must be a number or an expression")
+    for node in sympy.preorder_traversal(expression):
+        if node.is_Symbol:
+            allowed = node in known
+        elif node.is_number and not node.args:
+            allowed = bool(node.is_real) and _is_float(node)
+        else:
+            allowed = (
+                node.is_Add
+                or node.is_Mul
+                or node.is_Pow
+                or isinstance(node, (sympy.Abs, WherePositive))
+                or (node.is_Function and node.func.__name__ in _FUNCTIONS)
+            )
+        if not allowed:
+            raise EquationError(
+                f"the {label} contains {node!s:.60}, which cannot be compiled; {_ADVICE}"
+            )
+        if node.is_Pow and node.exp.free_symbols:
+            raise EquationError(f"the {label} contains {node!s:.60}, whose exponent varies; {_ADVICE}")
+    constants = {c: sympy.Float(float(c)) for c in expression.atoms(sympy.NumberSymbol)}
+    expression = expression.xreplace(constants)
+    return expression.replace(sympy.Abs, lambda e: WherePositive(e, e, -e))
+
+
+def _is_float(number: sympy.Expr) -> bool:
+    try:
+        return math.isfinite(float(number))
+    except (OverflowError, TypeError):
+        return False
 
 
 def _with_integers(expression: sympy.Expr) -> sympy.Expr:
@@ -182,8 +252,6 @@ class _Flattener:
             return self.atom(term)
         if term.is_Pow:
             base, exponent = term.args
-            if not exponent.is_Number:
-                raise TypeError(f"{term}: a power must have a constant number as exponent")
             return sympy.Pow(self.atom(base), exponent)
         if term.is_Mul:
             return term.func(*[self.atom(factor) for factor in term.args])

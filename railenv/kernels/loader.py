@@ -21,6 +21,8 @@ from typing import Any, Literal
 
 import platformdirs
 
+from railenv.files import write_whole
+
 _KERNELS_GO_HERE = "# --- kernels go here ---\n"
 _LAYOUT_IMPORT = "from railenv.kernels.layout import Layout\n"
 _FUTURE = "from __future__ import annotations\n"  # allowed in a file's first lines only
@@ -37,10 +39,11 @@ import numba
 import numpy as np
 from numba import prange
 from numba.extending import intrinsic
+from railenv.kernels.cache import checked
 
 _options = dict(error_model="numpy", fastmath=False, boundscheck=False)
-jit = numba.njit(cache=True, **_options)
-parallel_jit = numba.njit(cache=True, parallel=True, **_options)
+jit = checked(numba.njit(**_options))
+parallel_jit = checked(numba.njit(parallel=True, **_options))
 inline = numba.njit(forceinline=True, **_options)
 real = np.{dtype}
 ROUNDER = real({rounder!r})
@@ -125,7 +128,7 @@ def load(
     name = f"railenv_kernel_{hashlib.sha256(text.encode()).hexdigest()[:24]}"
     path = cache_directory() / f"{name}.py"
     if not _holds(path, text):
-        _write_whole(path, text)
+        write_whole(path, text)
     return _import(name, path)
 
 
@@ -136,17 +139,14 @@ def _holds(path: Path, text: str) -> bool:
         return False
 
 
-def _write_whole(path: Path, text: str) -> None:
-    """Write a file so that another process never sees half of it."""
-    handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
-    with os.fdopen(handle, "w", encoding="utf-8") as stream:
-        stream.write(text)
-    os.replace(temporary, path)
-
-
 def _import(name: str, path: Path) -> ModuleType:
     spec: Any = importlib.util.spec_from_file_location(name, path)
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module  # Numba looks its functions' globals up there
-    spec.loader.exec_module(module)
+    try:
+        code = spec.loader.get_code(name)
+    except (EOFError, ImportError, TypeError, ValueError):  # Python's own compiled file is damaged
+        Path(importlib.util.cache_from_source(str(path))).unlink(missing_ok=True)
+        code = spec.loader.get_code(name)
+    exec(code, module.__dict__)
     return module

@@ -98,11 +98,6 @@ class _KernelPrinter(PythonCodePrinter):
     def _print_Function(self, expr: Any) -> str:
         name = expr.func.__name__
         known = {**_NATIVE, **_OWN}
-        if name not in known:
-            raise TypeError(
-                f"{name}() cannot be compiled; equations may use the functions of "
-                "railenv.equations.functions"
-            )
         return f"{known[name]}({', '.join(self._print(arg) for arg in expr.args)})"
 
     _print_sin = _print_cos = _print_tan = _print_tanh = _print_Function

@@ -180,6 +180,22 @@ def test_observations_of_another_number_of_vehicles_are_refused(coach):
         controller.act(observations(controller, 2))
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_any_finite_observation_gives_an_action_within_the_limit_and_others_are_refused(coach, kind):
+    controller = make(kind, coach)
+    size = len(controller.readings)
+    for value in (1.7e308, -1e300, 1e12):
+        controller.reset()
+        for _ in range(3):
+            shares = controller.act(np.full(size, value))
+            assert (np.abs(shares) <= 1.0).all()
+    for wrong in (np.full(size, np.nan), np.full(size, np.inf), ["x"] * size, None, np.zeros(size + 1)):
+        with pytest.raises(ParameterError, match="observation"):
+            controller.act(wrong)
+    with pytest.raises(ParameterError, match="count is -1"):
+        controller.reset(-1)
+
+
 def test_damaged_and_foreign_files_are_refused(coach, tmp_path):
     path = tmp_path / "controller.npz"
     make("lqg", coach).save(path)

@@ -330,6 +330,9 @@ def test_damaged_files_raise(learned, tmp_path):
             match = name
         with pytest.raises(railenv.ParameterError, match=match):
             agents.LearnedPolicy.from_file(ControllerFile(content.kind, header, content.arrays))
+    complex_ones = {**content.arrays, "W0": content.arrays["W0"].astype(complex)}
+    with pytest.raises(railenv.ParameterError, match="complex128; it must be real"):
+        agents.LearnedPolicy.from_file(ControllerFile(content.kind, content.header, complex_ones))
     short = {**content.arrays, "W0": content.arrays["W0"][:, 1:]}
     with pytest.raises(railenv.ParameterError, match="layer 0"):
         agents.LearnedPolicy.from_file(ControllerFile(content.kind, content.header, short))

@@ -4,6 +4,7 @@ import dataclasses
 import json
 import math
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -24,7 +25,7 @@ import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecNormalize
 
-from agents import trainer
+from agents import checkpoints, trainer
 from agents.memory import MemorySettings
 from agents.memory_env import MemoryVecEnv
 from agents.sb3 import HuntingVecEnv
@@ -82,6 +83,12 @@ def test_files_of_ones_own(tmp_path):
     assert made.hyperparameters == {"learning_rate": "lin_0.002"}
     with pytest.raises(railenv.UnknownNameError, match="DualWheelset"):
         recipe("ppo", DUAL, None, path)
+    path.write_text(f"{BOGIE}:\n  n_timesteps: 500\n  env_kwargs: null\n")
+    with pytest.raises(railenv.ParameterError, match="env_kwargs is None; it must be a mapping"):
+        recipe("ppo", BOGIE, None, path)
+    path.write_text(f"{BOGIE}:\n  seed: 3\n")
+    with pytest.raises(railenv.ParameterError, match="recipe lacks n_timesteps"):
+        recipe("ppo", BOGIE, None, path)
     path.write_text("- 1\n- : [")
     with pytest.raises(railenv.ParameterError, match="cannot be read"):
         recipe("ppo", BOGIE, None, path)
@@ -272,13 +279,14 @@ def interrupt(monkeypatch, after):
     monkeypatch.setattr(trainer.Between, "_on_step", interrupted)
 
 
-def test_resumed_training_is_uninterrupted_training(algorithm, tmp_path, monkeypatch):
+@pytest.mark.parametrize("after", [100, 600])  # from the checkpoint at 0 steps, and from a later one
+def test_resumed_training_is_uninterrupted_training(algorithm, after, tmp_path, monkeypatch):
     changes = tiny(algorithm)
     whole = agents.train(
         algorithm, BOGIE, total_timesteps=1024, seed=3, changes=changes, directory=tmp_path / "a"
     )
     with monkeypatch.context() as patch:
-        interrupt(patch, 600)
+        interrupt(patch, after)
         with pytest.raises(KeyboardInterrupt):
             agents.train(
                 algorithm,
@@ -320,6 +328,29 @@ def test_killed_training_resumes(tmp_path):
     resumed = agents.resume(tmp_path / "b")
     for name, value in arrays(whole.last).items():
         np.testing.assert_array_equal(arrays(resumed.last)[name], value)
+
+
+def test_damaged_checkpoints_are_refused_and_never_opened(tmp_path):
+    run = tmp_path / "run"
+    whole = agents.train("ppo", BOGIE, total_timesteps=512, seed=3, changes=tiny("ppo"), directory=run)
+    last = checkpoints.latest(run)
+    for path in sorted(last.iterdir()):
+        kept = path.read_bytes()
+        for content in (kept[: len(kept) // 2], kept[:50] + b"?" + kept[51:], b""):
+            path.write_bytes(content)
+            with pytest.raises(railenv.ParameterError, match="is damaged; delete that folder"):
+                agents.resume(run)
+        path.write_bytes(kept)
+    exploded = tmp_path / "exploded"
+    bomb = f"cos\nsystem\n(S'touch {exploded}'\ntR.".encode()
+    (last / "state.pkl").write_bytes(bomb)
+    with pytest.raises(railenv.ParameterError, match="is damaged"):
+        agents.resume(run)
+    assert not exploded.exists()
+    shutil.rmtree(last)
+    again = agents.resume(run)  # from the one before
+    for name, value in arrays(whole.last).items():
+        np.testing.assert_array_equal(arrays(again.last)[name], value)
 
 
 def test_runs_do_not_write_over_each_other(tmp_path):

@@ -186,9 +186,9 @@ def test_model_unstable_from_the_start_of_the_range_is_reported_as_such():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"speed_range": (100.0, 50.0)}, "lowest speed must be below the highest"),
-        ({"speed_range": (0.0, 50.0)}, "lowest speed is 0 m/s"),
-        ({"speed_range": (math.nan, 50.0)}, "lowest speed is nan"),
+        ({"speed_range": (100.0, 50.0)}, "lowest must not exceed the highest"),
+        ({"speed_range": (0.0, 50.0)}, "lowest of speed_range is 0 m/s"),
+        ({"speed_range": (math.nan, 50.0)}, "lowest of speed_range is nan"),
         ({"radius": 0.0}, "radius is 0 m"),
         ({"radius": math.nan}, "radius is nan"),
         ({"cant": 3.0}, "cant is 3 rad"),

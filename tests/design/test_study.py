@@ -79,7 +79,7 @@ def test_a_line_cut_short_is_dropped_and_a_damaged_one_told(tmp_path):
         Store(path, settings).add({7: {"v": 1}})
         assert Store(path, settings).records == {**kept, 7: {"v": 1}}
     path.write_bytes(whole + b"nonsense\n")
-    with pytest.raises(railenv.ParameterError, match="line 4 is no result"):
+    with pytest.raises(railenv.ParameterError, match="line 4 is not as it was written"):
         Store(path, settings)
 
 

@@ -1,6 +1,8 @@
 """Generated kernels: their source, their cache on disk, elementary functions and integrators."""
 
 import math
+import pickle
+import sys
 import warnings
 from pathlib import Path
 
@@ -12,6 +14,7 @@ from scipy import integrate
 import railenv
 from railenv.batch import Batch
 from railenv.equations.functions import atan, cos, exp, log, sin, sqrt, tan, tanh
+from railenv.kernels import cache as checked_cache
 from railenv.kernels import loader
 from railenv.kernels.generate import SHIPPED
 from railenv.kernels.source import kernel_source
@@ -127,6 +130,72 @@ def test_binary_rubbish_in_the_cache_is_rewritten(cache):
     path = Path(load_anew(source).__file__)
     path.write_bytes(b"\xff\xfe\x00")
     assert evaluate(load_anew(source)) == 1.75
+
+
+def _flipped(content, place):
+    return content[:place] + bytes([content[place] ^ 0x10]) + content[place + 1 :]
+
+
+@pytest.mark.parametrize("kind", ["nbi", "nbc"])
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda content: b"",
+        lambda content: content[:20],
+        lambda content: content[:-1],
+        lambda content: _flipped(content, 5),
+        lambda content: _flipped(content, len(content) // 2),
+    ],
+    ids=["emptied", "start only", "last byte lost", "hash changed", "content changed"],
+)
+def test_damaged_machine_code_is_compiled_again_and_told(cache, kind, damage):
+    checked_cache._warn_of_damage.cache_clear()
+    source = shift_source(1.875)
+    assert evaluate(load_anew(source)) == 1.875
+    (path,) = cache.rglob(f"*rhs*.{kind}")
+    path.write_bytes(damage(path.read_bytes()))
+    with pytest.warns(RuntimeWarning, match=r"in .*__pycache__ are damaged.* RAILENV_CACHE_DIR"):
+        value = evaluate(again := load_anew(source))
+    assert value == 1.875
+    assert again.rhs.stats.cache_misses
+    healed = load_anew(source)
+    assert evaluate(healed) == 1.875
+    assert healed.rhs.stats.cache_hits
+
+
+def test_a_pickle_in_the_place_of_machine_code_is_not_opened(cache, tmp_path):
+    class Bomb:
+        def __reduce__(self):
+            return (tmp_path / "exploded").write_text, ("!",)
+
+    source = shift_source(1.9)
+    evaluate(load_anew(source))
+    for path in (*cache.rglob("*.nbi"), *cache.rglob("*.nbc")):
+        path.write_bytes(pickle.dumps(Bomb()))
+    checked_cache._warn_of_damage.cache_clear()
+    with pytest.warns(RuntimeWarning, match="damaged"):
+        assert evaluate(load_anew(source)) == 1.9
+    assert not (tmp_path / "exploded").exists()
+
+
+@pytest.mark.parametrize("length", [0, 10, 16, 100])
+def test_damaged_file_of_python_itself_is_compiled_again(cache, monkeypatch, length):
+    monkeypatch.setattr(sys, "dont_write_bytecode", False)
+    source = shift_source(2.125)
+    load_anew(source)
+    (path,) = cache.rglob("*.pyc")
+    path.write_bytes(path.read_bytes()[:length])
+    assert evaluate(load_anew(source)) == 2.125
+
+
+def test_without_room_for_machine_code_kernels_are_used_all_the_same(cache, monkeypatch):
+    def full(self, path):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(checked_cache._CheckedFile, "_open_for_write", full)
+    checked_cache._warn_of_saving.cache_clear()
+    with pytest.warns(RuntimeWarning, match=r"No space left.*RAILENV_CACHE_DIR"):
+        assert evaluate(load_anew(shift_source(2.25))) == 2.25
 
 
 def test_cache_that_cannot_be_written_warns_and_compiles_elsewhere(tmp_path, monkeypatch):

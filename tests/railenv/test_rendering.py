@@ -118,7 +118,7 @@ def test_any_size_shows_the_whole_page(size):
         {"bodies": make_bodies(frame=False)},
         {"curvature": 1.0 / 6250.0, "cant": 0.0873, "critical_speed": 120.0},
         {"curvature": -1.0 / 500.0, "cant": -0.1, "critical_speed": 60.0},
-        {"curvature": 1e-9, "critical_speed": 1e6},
+        {"curvature": 1e-9, "critical_speed": 1e4},
         {"bodies": make_bodies((31e-3, -31e-3), (0.3, -0.3)), "derailed": "a long reason, " * 20},
         {"bodies": make_bodies((1e9, -1e9), (1e9, -1e9)), "derailed": ""},
         {"history": History.empty()},

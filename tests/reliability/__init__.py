@@ -1,0 +1,1 @@
+"""Tests of what docs/reliability.md promises, in a short form."""
