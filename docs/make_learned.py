@@ -1,0 +1,143 @@
+"""Write what is told of the shipped learned policy into docs/learning.md, with its picture.
+
+``--search SEED ...`` first searches policies with other seeds (minutes each) and compares all on vehicles that none
+was trained on; the outcome is kept in docs/learned.json. Without it the page is made from there.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+
+import agents
+import design
+from agents.learning_plots import plot_search
+from agents.policy_search import CONICITIES, search_policy
+from agents.shipped import SEED, coach
+
+DOCS = Path(__file__).resolve().parent
+PAGE, DATA = DOCS / "learning.md", DOCS / "learned.json"
+MARKS = re.compile(r"(<!-- shipped policy -->\n).*?(<!-- end of shipped policy -->)", re.DOTALL)
+CLASSICAL = ("output-feedback", "lqg-scheduled")
+SHIPPED = "learned"
+UNSEEN: dict[str, dict[str, float]] = {
+    "conicity 0.35": {"conicity": 0.35},
+    "conicity 0.25, creep 0.7": {"conicity": 0.25, "creep_factor": 0.7},
+    "conicity 0.4, creep 0.7": {"conicity": 0.4, "creep_factor": 0.7},
+    "body 20 % heavier": {"body_mass": 1.2},
+    "body 20 % lighter": {"body_mass": 0.8},
+    "bogie frame 10 % heavier": {"frame_mass": 1.1, "frame_yaw_inertia": 1.1},
+    "primary springs 15 % stiffer": {"primary_longitudinal_stiffness": 1.15},
+    "primary springs 15 % softer": {"primary_longitudinal_stiffness": 0.85},
+}
+"""Vehicles that no controller was tuned or trained on; masses and springs by factors."""
+ABSOLUTE = ("conicity", "creep_factor")
+
+
+def unseen(controller: Any) -> dict[str, float]:
+    """Return linear critical speeds (m/s) of a controller on the unseen vehicles."""
+    found = {}
+    for name, changes in UNSEEN.items():
+        plain = coach()
+        own = plain.plant.vehicle
+        values = {k: v if k in ABSOLUTE else v * getattr(own, k) for k, v in changes.items()}
+        vehicle = plain.replace(**values)
+        result = design.critical_speed(vehicle, controller=controller, speed_range=(20.0, 400.0))
+        found[name] = 400.0 if result.loss == "none" else float(result.speed or 0.0)
+    return found
+
+
+def row(controller: Any, name: str) -> dict[str, Any]:
+    """Return what the tables say of a controller."""
+    plan = agents.Plan(curves=agents.Plan().curves[:1], frictions=(), delays=(), noises=())
+    found = agents.evaluate(controller, coach(), name=name, plan=plan)
+    return {
+        "linear": found.linear,
+        "nonlinear": found.nonlinear,
+        "robust": found.robust,
+        "moments": [ride["moment_rms"] for ride in found.ride],
+        "unseen": unseen(controller),
+    }
+
+
+def measure(seeds: list[int]) -> dict[str, Any]:
+    """Search policies with other seeds, and compare all."""
+    names = (*CLASSICAL, SHIPPED)
+    data: dict[str, Any] = {name: row(agents.shipped(name), name) for name in names}
+    base = agents.shipped("output-feedback")
+    for seed in seeds:
+        searched = search_policy(coach(), base, seed=seed, progress=True)  # type: ignore[arg-type]
+        about = searched.policy.about
+        data[f"seed {seed}"] = row(searched.policy, f"seed {seed}")
+        data[f"seed {seed}"]["chosen"] = about["chosen"]
+        data[f"seed {seed}"]["start"] = about["judged"][0]
+    return data
+
+
+def text() -> str:
+    """Return the tables."""
+    data = json.loads(DATA.read_text(encoding="utf-8"))
+    about = agents.shipped(SHIPPED).about
+    seeds = [name for name in data if name.startswith("seed ")]
+    rows = [(f"{SHIPPED} (seed {SEED})", data[SHIPPED]), *((s, data[s]) for s in seeds)]
+    rows += [(name, data[name]) for name in CLASSICAL]
+    start = about["judged"][0]
+    runs = about["generations"] * about["population"]
+    episodes = runs * sum(len(about["lessons"][k]) for k in ("small", "large", "rides"))
+    low, high = CONICITIES
+    lines = [
+        f"The shipped policy is the outcome of {about['generations']} generations of {about['population']} candidates "
+        f"({episodes} episodes, seed {SEED}), chosen from generation {about['chosen']}. Where it started from "
+        f"was stable up to {start[1]:.1f} m/s with every conicity from {low:g} to {high:g}.",
+        "",
+        "![Learning curve of the shipped policy](pictures/learned.png)",
+        "",
+        "Speeds in m/s, rms moments (kN m) on irregular track at 80, 110 and 140 m/s:",
+        "",
+        "| controller | linear | nonlinear | robust | moment at 80 | at 110 | at 140 |",
+        "|---|---:|---:|---:|---:|---:|---:|",
+    ]
+    for name, r in rows:
+        speeds = " | ".join(_speed(r[k]) for k in ("linear", "nonlinear", "robust"))
+        moments = " | ".join(f"{1e-3 * m:.2f}" for m in r["moments"])
+        lines.append(f"| {name} | {speeds} | {moments} |")
+    lines += [
+        "",
+        "Linear critical speeds of vehicles that no controller was tuned or trained on:",
+        "",
+        "| vehicle | " + " | ".join(name for name, _ in rows) + " |",
+        "|---|" + "---:|" * len(rows),
+        *(
+            f"| {vehicle} | " + " | ".join(_speed(r["unseen"][vehicle]) for _, r in rows) + " |"
+            for vehicle in UNSEEN
+        ),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _speed(value: float | None) -> str:
+    if value is None or value == 0.0:
+        return "failed"
+    return "> 400" if value >= 400.0 else f"{value:.1f}"
+
+
+def page(old: str) -> str:
+    """Return the page with the tables in it."""
+    return MARKS.sub(lambda m: f"{m[1]}{text()}{m[2]}", old)
+
+
+if __name__ == "__main__":
+    mpl.use("Agg")
+    if "--search" in sys.argv:
+        chosen = [int(a) for a in sys.argv[sys.argv.index("--search") + 1 :]]
+        DATA.write_text(json.dumps(measure(chosen), indent=1) + "\n", encoding="utf-8")
+    told = agents.shipped(SHIPPED).about
+    drawn = plot_search(np.array(told["means"]), np.array(told["judged"]))
+    drawn.figure.savefig(DOCS / "pictures" / "learned.png", dpi=120, bbox_inches="tight")
+    PAGE.write_text(page(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
