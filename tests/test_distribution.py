@@ -1,6 +1,7 @@
 """What is distributed: files of sdist and wheel, the installed package, its types from outside."""
 
 import os
+import shutil
 import subprocess
 import sys
 import tarfile
@@ -84,7 +85,9 @@ def files(folder):
 # -------------------------------------------------------------------------------- files
 
 
-@pytest.mark.skipif(not (ROOT / ".git").exists(), reason="not a checkout")
+@pytest.mark.skipif(
+    not ((ROOT / ".git").exists() and shutil.which("git")), reason="no checkout, or no git"
+)
 def test_sdist_has_what_the_checkout_has(sdist):
     listed = call(
         "git", "ls-files", "--cached", "--others", "--exclude-standard", cwd=ROOT
