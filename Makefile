@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 DEVELOPED := $(VENV)/.developed
-CONTROLLERS := passive yaw-rate lqg lqg-scheduled output-feedback lqr lqr-scheduled
+CONTROLLERS := passive yaw-rate lqg lqg-scheduled output-feedback lqr lqr-scheduled learned
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
@@ -50,7 +50,7 @@ site: $(DEVELOPED) ## build the documentation as a site in site/
 kernels: $(DEVELOPED) ## regenerate railenv/kernels from railenv/equations
 	$(BIN)/python -m railenv.kernels.generate
 
-controllers: $(DEVELOPED) ## design and tune the shipped controllers again (some minutes)
+controllers: $(DEVELOPED) ## design, tune and learn the shipped controllers again (minutes)
 	for kind in $(CONTROLLERS); do $(BIN)/railenv tune $$kind --out agents/data/$$kind.npz; done
 
 reliability: $(DEVELOPED) ## fuzz, damage files, run for hours; docs/reliability.md (15 minutes)

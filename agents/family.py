@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
+import control
 import numpy as np
 from numpy.typing import NDArray
 
 from agents.scheduled import Law
+from design.linearization import discretize, linearize
 from design.regulator import lateral_model
 from railenv import Equipped
 
@@ -45,14 +48,22 @@ class Family:
         conicities: Sequence[float],
         speeds: Sequence[float],
         period: float,
+        radius: float = math.inf,
+        cant: float = 0.0,
     ) -> Self:
-        """Linearise and sample a vehicle for each conicity and speed."""
+        """Linearise and sample a vehicle for each conicity and speed, on one curve.
+
+        On tangent track lateral motion is alone; on a curve vertical motion belongs to it.
+        """
         A, B, at = [], [], []
         system = None
         for conicity in conicities:
             vehicle = model.replace(conicity=conicity)
             for speed in speeds:
-                system = lateral_model(vehicle, speed=speed, period=period, sensors=True)
+                if math.isinf(radius):
+                    system = lateral_model(vehicle, speed=speed, period=period, sensors=True)
+                else:
+                    system = _curving_model(vehicle, speed, period, radius, cant)
                 A.append(system.A)
                 B.append(system.B)
                 at.append(speed)
@@ -107,3 +118,12 @@ class Family:
             return float(-worst[0])
         share = -worst[i - 1] / (worst[i] - worst[i - 1])
         return float(speeds[i - 1] + share * (speeds[i] - speeds[i - 1]))
+
+
+def _curving_model(
+    model: Equipped, speed: float, period: float, radius: float, cant: float
+) -> control.StateSpace:
+    """Sample the whole motion of an equipped vehicle on a curve, its delay included."""
+    commands = list(model.command_names)
+    whole = linearize(model, speed=speed, radius=radius, cant=cant, inputs=commands)
+    return discretize(whole, period, delay=model.actuator.delay, delayed=commands)

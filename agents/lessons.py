@@ -6,6 +6,7 @@ large, and a small limit cycle counts as what it is.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -32,7 +33,13 @@ def _small() -> tuple[Case, ...]:
         (0.3, 162.0),
         (0.12, 162.0),
     ]
-    return tuple(Case(v, offset=TINY, vehicle={"conicity": c}) for c, v in (*grid, *fast))
+    tangent = tuple(Case(v, offset=TINY, vehicle={"conicity": c}) for c, v in (*grid, *fast))
+    return (*tangent, *_curving())
+
+
+def _curving() -> tuple[Case, ...]:
+    runs = [(8000.0, v) for v in (110.0, 135.0, 150.0)] + [(5000.0, v) for v in (90.0, 110.0)]
+    return tuple(Case(v, radius, 0.0873, offset=TINY) for radius, v in runs)
 
 
 def _large() -> tuple[Case, ...]:
@@ -46,7 +53,7 @@ def _rides() -> tuple[Case, ...]:
 
 @dataclass(frozen=True, kw_only=True)
 class Lessons:
-    """Episodes by which policies are judged, all on tangent track.
+    """Episodes by which policies are judged.
 
     Attributes
     ----------
@@ -87,7 +94,10 @@ class Lessons:
     def plain(self) -> dict[str, Any]:
         """Return everything as plain numbers and lists, for a policy's file."""
         runs = {
-            name: [[c.speed, c.offset, dict(c.vehicle)] for c in getattr(self, name)]
+            name: [
+                [c.speed, _finite(c.radius), c.cant, c.offset, dict(c.vehicle)]
+                for c in getattr(self, name)
+            ]
             for name in ("small", "large", "rides")
         }
         return {**runs, "duration": self.duration, "decay": self.decay, "ride": self.ride}
@@ -146,3 +156,7 @@ class Lessons:
         whole = (size[-1, :, :small] - start) / self.duration
         rates[:, :small] = np.maximum(rates[:, :small], whole)
         return np.asarray(rates)
+
+
+def _finite(radius: float) -> float | None:
+    return None if math.isinf(radius) else radius

@@ -7,6 +7,7 @@ what growth rates exceed their aim by is minimised with its gradient. The search
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -35,6 +36,11 @@ class Aim:
         Every vehicle at every speed (m/s) up to the highest at which all of them are to be stable.
     fast_conicities, fast_speeds : tuple of float
         Beyond it, only these.
+    fast_weight : float
+        How much they count.
+    curves : tuple of (float, float, tuple of float)
+        Radius (m), cant (rad) and speeds of curves on which the vehicle itself is to be stable; they
+        count like the fast ones.
     decay : float
         Rate (1/s) at which every motion is to decay; faster earns nothing.
     size : float
@@ -42,11 +48,30 @@ class Aim:
     """
 
     conicities: tuple[float, ...] = (0.05, 0.1, 0.2, 0.3, 0.4)
-    speeds: tuple[float, ...] = (20.0, 30.0, 45.0, 65.0, 85.0, 115.0, 135.0, 150.0, 157.0, 160.0, 161.0)
+    speeds: tuple[float, ...] = (
+        20.0,
+        30.0,
+        45.0,
+        65.0,
+        85.0,
+        100.0,
+        115.0,
+        135.0,
+        150.0,
+        157.0,
+        160.0,
+        162.0,
+    )
     fast_conicities: tuple[float, ...] = (0.05, 0.1)
-    fast_speeds: tuple[float, ...] = (190.0, 220.0, 260.0)
+    fast_speeds: tuple[float, ...] = (190.0, 220.0, 250.0)
+    fast_weight: float = 0.1
+    curves: tuple[tuple[float, float, tuple[float, ...]], ...] = (
+        (12000.0, 0.0873, (140.0, 160.0, 172.0)),
+        (8000.0, 0.0873, (110.0, 130.0, 145.0, 155.0)),
+        (5000.0, 0.0873, (90.0, 105.0, 115.0)),
+    )
     decay: float = 0.6
-    size: float = 0.05
+    size: float = 0.02
 
     def __post_init__(self) -> None:
         if not self.conicities or not self.speeds:
@@ -54,7 +79,8 @@ class Aim:
                 "an aim needs at least one conicity and one speed; one of them is empty"
             )
         checks.number("decay", self.decay, low=0.0, unit="1/s")
-        checks.number("weight of the size", self.size, low=0.0)
+        for name in ("size", "fast_weight"):
+            checks.number(name, getattr(self, name), low=0.0)
 
 
 def start_weights(
@@ -64,7 +90,7 @@ def start_weights(
     dimension: int,
     aim: Aim,
     period: float,
-    iterations: int = 500,
+    iterations: int = 300,
 ) -> Array:
     """Return weights that minimise the cubes of what growth rates exceed ``-aim.decay`` by.
 
@@ -81,30 +107,43 @@ def start_weights(
     period : float
         Control period, s.
     iterations : int
-        Of the quasi-Newton method.
+        Of the quasi-Newton method, with each family that is added.
     """
-    plants = []
-    for conicities, speeds in (
-        (aim.conicities, aim.speeds),
-        (aim.fast_conicities, aim.fast_speeds),
-    ):
-        if not conicities or not speeds:
-            continue
-        family = Family.of(model, signals, conicities, speeds, period)
-        plants += [_plant(family, i, signals, loop_of, dimension) for i in range(len(family.speed))]
+    own = (float(model.plant.vehicle.conicity),)
+    families = [(aim.conicities, aim.speeds, math.inf, 0.0, 1.0)]
+    if aim.fast_conicities and aim.fast_speeds:
+        families.append((aim.fast_conicities, aim.fast_speeds, math.inf, 0.0, aim.fast_weight))
+    families += [(own, speeds, radius, cant, aim.fast_weight) for radius, cant, speeds in aim.curves]
+    weights, plants = np.zeros(dimension), []
+    # one family after the other: from nothing, all at once lead to where the first one is not stable
+    for conicities, speeds, radius, cant, weight in families:
+        family = Family.of(model, signals, conicities, speeds, period, radius, cant)
+        plants += [
+            (weight, *_plant(family, i, signals, loop_of, dimension)) for i in range(len(family.speed))
+        ]
+        weights = _minimized(plants, weights, aim, period, iterations)
+    return weights
+
+
+def _minimized(
+    plants: list[tuple[float, Array, Array]],
+    start: Array,
+    aim: Aim,
+    period: float,
+    iterations: int,
+) -> Array:
+    """Return weights that make some plants decay, from a start."""
 
     def cost(weights: Array) -> tuple[float, Array]:
         total, slope = aim.size * float(weights @ weights), 2.0 * aim.size * weights
-        for constant, parts in plants:
+        for weight, constant, parts in plants:
             rates, slopes = _slowest(constant, parts, weights, period)
             excess = np.maximum(rates + aim.decay, 0.0)
-            total += float((excess**3).sum())
-            slope = slope + 3.0 * excess**2 @ slopes
+            total += weight * float((excess**3).sum())
+            slope = slope + 3.0 * weight * excess**2 @ slopes
         return total, slope
 
-    found = optimize.minimize(
-        cost, np.zeros(dimension), jac=True, method="L-BFGS-B", options={"maxfun": iterations}
-    )
+    found = optimize.minimize(cost, start, jac=True, method="L-BFGS-B", options={"maxfun": iterations})
     return np.asarray(found.x)
 
 

@@ -71,7 +71,9 @@ def animation(path: Path | None) -> Path | None:
 def _checked_path(path: Path | None, suffixes: tuple[str, ...]) -> Path | None:
     if path is not None:
         if path.suffix.lower() not in suffixes:
-            raise ParameterError(f"{str(path)!r} must end in {' or '.join(suffixes)}")
+            *others, last = suffixes
+            allowed = f"{', '.join(others)} or {last}" if others else last
+            raise ParameterError(f"{str(path)!r} must end in {allowed}")
         if not path.parent.is_dir():
             raise ParameterError(f"folder {str(path.parent)!r} of {path.name} does not exist")
     return path
