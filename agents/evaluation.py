@@ -533,7 +533,7 @@ def _check_numbers(name: str, value: Any) -> None:
     if isinstance(value, Mapping):
         for key, entry in value.items():
             _check_numbers(f"{name}.{key}", entry)
-    elif isinstance(value, list):
+    elif isinstance(value, (list, tuple)):
         for entry in value:
             _check_numbers(name, entry)
     elif value is not None and not isinstance(value, bool):

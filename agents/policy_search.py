@@ -42,7 +42,7 @@ CONICITIES = (0.05, 0.4)
 """Range over which the robust critical speed of a searched policy is looked at."""
 
 _SMALLEST_SCALE = 1e-3  # of an input
-_LOST = 0.5  # m/s, that a judged policy's robust critical speed may be lower than the best
+_LOST = 1.5  # m/s, that a judged policy's robust critical speed may be lower than the best
 
 
 @dataclass(frozen=True)
@@ -111,10 +111,10 @@ def search_policy(
     memory: MemorySettings | None = None,
     aim: Aim | None = None,
     authority: float = 0.5,
-    generations: int = 120,
+    generations: int = 64,
     population: int = 16,
     spread: float = 0.01,
-    judge_every: int = 10,
+    judge_every: int = 8,
     seed: int = 0,
     period: float = CONTROL_PERIOD,
     progress: bool = False,
@@ -125,7 +125,7 @@ def search_policy(
     adds nothing at rest, be it on a curve. It starts from what linear models suggest. The search moves
     a normal distribution of weights towards the better episodes. Every few generations, and at the
     end, its mean is judged. What comes out is, of the judged ones whose robust critical speed is
-    within 0.5 m/s of the highest, the one with the best score.
+    within 1.5 m/s of the highest, the one with the best score.
 
     Parameters
     ----------

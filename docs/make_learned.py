@@ -1,7 +1,8 @@
 """Write what is told of the shipped learned policy into docs/learning.md, with its picture.
 
-``--search SEED ...`` first searches policies with other seeds (minutes each) and compares all on vehicles that none
-was trained on; the outcome is kept in docs/learned.json. Without it the page is made from there.
+``--search SEED ...`` first searches policies with other seeds (minutes each) and compares all on
+vehicles that none was trained on; the outcome is kept in docs/learned.json. Without it the page is made
+from there.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import numpy as np
 
 import agents
 import design
+import railenv
 from agents.learning_plots import plot_search
 from agents.policy_search import CONICITIES, search_policy
 from agents.shipped import SEED, coach
@@ -66,10 +68,26 @@ def row(controller: Any, name: str) -> dict[str, Any]:
     }
 
 
+def second_mode() -> list[float]:
+    """Return speed (m/s) and frequency (Hz) from which a second mode of the vehicle alone grows."""
+    vehicle = railenv.Bogie(railenv.HIGH_SPEED_COACH).replace(conicity=CONICITIES[1])
+
+    def growing(speed: float) -> np.ndarray:
+        poles = design.linearize(vehicle, speed=speed).poles()
+        return poles[(poles.real > 0.0) & (poles.imag > 0.0)]
+
+    low, high = 100.0, 200.0
+    while high - low > 1e-3:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if len(growing(middle)) < 2 else (low, middle)
+    return [high, float(np.abs(growing(high).imag).max() / (2.0 * np.pi))]
+
+
 def measure(seeds: list[int]) -> dict[str, Any]:
     """Search policies with other seeds, and compare all."""
     names = (*CLASSICAL, SHIPPED)
     data: dict[str, Any] = {name: row(agents.shipped(name), name) for name in names}
+    data["second mode"] = second_mode()
     base = agents.shipped("output-feedback")
     for seed in seeds:
         searched = search_policy(coach(), base, seed=seed, progress=True)  # type: ignore[arg-type]
@@ -90,11 +108,19 @@ def text() -> str:
     start = about["judged"][0]
     runs = about["generations"] * about["population"]
     episodes = runs * sum(len(about["lessons"][k]) for k in ("small", "large", "rides"))
-    low, high = CONICITIES
+    scores = {generation: score for generation, _, score in about["judged"]}
+    (low, high), second = CONICITIES, data["second mode"]
     lines = [
-        f"The shipped policy is the outcome of {about['generations']} generations of {about['population']} candidates "
-        f"({episodes} episodes, seed {SEED}), chosen from generation {about['chosen']}. Where it started from "
-        f"was stable up to {start[1]:.1f} m/s with every conicity from {low:g} to {high:g}.",
+        f"The shipped policy is the outcome of {about['generations']} generations of "
+        f"{about['population']} candidates ({episodes} episodes, seed {SEED}), chosen from generation "
+        f"{about['chosen']}. Where it started from was stable up to {start[1]:.1f} m/s with every "
+        f"conicity from {low:g} to {high:g}; its score was {start[2]:.1f}, that of the chosen one "
+        f"{scores[about['chosen']]:.1f}.",
+        "",
+        f"What limits all controllers is a second mode: with conicity {high:g} the vehicle alone has "
+        f"one of {second[1]:.1f} Hz that is unstable from {second[0]:.1f} m/s on, and a yaw moment on "
+        "the frame hardly moves it. Searches from the base alone (CMA-ES on quadratic and logarithmic "
+        "returns), and PPO, did not learn to damp it; from the start by linear models it is damped.",
         "",
         "![Learning curve of the shipped policy](pictures/learned.png)",
         "",

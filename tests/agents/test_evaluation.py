@@ -199,6 +199,34 @@ def test_the_best_shipped_controller_from_sensors_meets_its_claims(coach):
     assert agents.disturbed_critical_speed(coach, best, speed_range=(20.0, 250.0)) >= 1.6 * 91.54
 
 
+def test_the_learned_policy_surpasses_the_classical_ones_from_sensors(coach):
+    """In robust critical speed all; the robust ones also in the nonlinear one, at no larger moment."""
+    stored = {e.controller: e for e in agents.load_evaluations(STORED)}
+    learned = stored.pop("learned")
+    classical = [e for e in stored.values() if e.observation == "sensors" and e.robust]
+    policy = agents.shipped("learned")
+    found = design.robust_critical_speed(coach, policy, {"conicity": (0.05, 0.4)}, samples=8)
+    assert found.speed == pytest.approx(learned.robust, rel=1e-3)
+    assert found.speed > max(e.robust for e in classical)
+    robust = [e for e in classical if e.robust > 0.9 * learned.robust]
+    assert {e.controller for e in robust} == {"lqg-scheduled", "output-feedback"}
+    for other in robust:
+        assert learned.nonlinear > other.nonlinear
+        assert learned.ride[0]["moment_rms"] <= other.ride[0]["moment_rms"]
+    disturbed = agents.disturbed_critical_speed(coach, policy, speed_range=(20.0, 230.0))
+    assert disturbed > max(e.nonlinear for e in robust)
+
+
+def test_page_on_learning_tells_what_was_measured():
+    make_learned = script("make_learned")
+    page = make_learned.PAGE.read_text()
+    assert make_learned.page(page) == page
+    rows = json.loads(make_learned.DATA.read_text())
+    stored = {e.controller: e for e in agents.load_evaluations(STORED)}
+    for name in ("learned", *make_learned.CLASSICAL):
+        assert rows[name]["robust"] == pytest.approx(stored[name].robust, rel=1e-3)
+
+
 def test_unknown_shipped_controllers_are_named():
     with pytest.raises(UnknownNameError, match=r"'magic'.*output-feedback"):
         agents.shipped("magic")

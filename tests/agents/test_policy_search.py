@@ -26,7 +26,13 @@ SHORT = Lessons(
     decay=2.0,
 )
 NOWHERE = Aim(
-    conicities=(0.05,), speeds=(60.0,), fast_conicities=(), fast_speeds=(), decay=0.0, size=1.0
+    conicities=(0.05,),
+    speeds=(60.0,),
+    fast_conicities=(),
+    fast_speeds=(),
+    curves=(),
+    decay=0.0,
+    size=1.0,
 )
 MEMORY = MemorySettings(corners=(0.5, 4.0), past_commands=1, schedule=(60.0, 180.0))
 
@@ -79,6 +85,7 @@ def test_start_makes_the_family_decay(coach, base):
         speeds=(60.0, 120.0, 150.0),
         fast_conicities=(0.05,),
         fast_speeds=(180.0,),
+        curves=((8000.0, 0.0873, (110.0,)),),
     )
     found = search(coach, base, generations=0, aim=aim)
     for conicity, speed in ((0.05, 60.0), (0.3, 150.0), (0.05, 180.0)):
@@ -89,6 +96,8 @@ def test_start_makes_the_family_decay(coach, base):
         }
         assert rate["policy"] < -0.4
     assert rate["base"] > 0.0
+    curving = design.closed_loop(coach, found.policy, speed=110.0, radius=8000.0, cant=0.0873)
+    assert np.log(curving.spectral_radius) / 0.005 < -0.4
 
 
 def test_slopes_of_growth_rates_are_those_of_finite_differences(coach, base):
