@@ -24,7 +24,6 @@ TINY = 1e-8
 """m, offset of all bodies from which small motions start, far from every limit."""
 
 _WINDOW = 0.2  # s over which the energy of a motion is read
-_LARGE = 2.0  # factor on the excess of large offsets: to die out late is far from hunting on
 _EFFORT = 2.0  # of the mean squared moment (share of the limit), beside the motion on a ride
 _NOTHING = 1e-26  # energy, as the terms of the reward measure it, below which a motion is over
 
@@ -33,7 +32,7 @@ def _small() -> tuple[Case, ...]:
     grid = [(c, v) for c in (0.05, 0.2, 0.4) for v in (20.0, 30.0, 55.0, 85.0, 120.0, 150.0)]
     fast = [(0.4, v) for v in (157.0, 159.0, 160.0, 161.0, 162.0, 163.0, 164.0)]
     fast += [(0.3, 162.0), (0.12, 162.0), (0.3, 100.0), (0.4, 100.0)]
-    fast += [(0.05, v) for v in (175.0, 195.0, 215.0, 235.0, 255.0)] + [(0.1, 190.0)]
+    fast += [(0.05, v) for v in (180.0, 205.0, 230.0)]
     tangent = tuple(Case(v, offset=TINY, vehicle={"conicity": c}) for c, v in (*grid, *fast))
     return (*tangent, *_curving())
 
@@ -75,7 +74,7 @@ class Lessons:
     rides: tuple[Case, ...] = field(default_factory=_rides)
     duration: float = 4.0
     decay: float = 0.6
-    ride: float = 6.0
+    ride: float = 10.0
 
     def __post_init__(self) -> None:
         checks.number("duration", self.duration, low=10.0 * _WINDOW, unit="s")
@@ -106,9 +105,9 @@ class Lessons:
     def scores(self, model: Equipped, controller: Controller, count: int = 1) -> Array:
         """Return the scores of ``count`` policies that run side by side in one controller.
 
-        The score is minus the sum of the cubes of what rates of growth exceed ``-decay`` by (twice that
-        for large offsets), less ``ride`` times the decimal logarithm of the mean motion and moment on
-        the rides. The rate of a case is the slope of its motion's logarithm over the last half, and for small offsets not less
+        The score is minus the sum of the cubes of what rates of growth exceed ``-decay`` by, less
+        ``ride`` times the decimal logarithm of the mean motion and moment on the rides. The rate of a
+        case is the slope of its motion's logarithm over the last half, and for small offsets not less
         than that over the whole: a motion that has grown into a limit cycle does not count as steady.
 
         Parameters
@@ -143,7 +142,6 @@ class Lessons:
         shaped = energies.reshape(windows, count, len(one))
         excess = np.maximum(self._rates(shaped[:, :, :smooth]) + self.decay, 0.0)
         motion = ride.reshape(count, len(one))[:, smooth:] / (windows * window)
-        excess[:, len(self.small) :] *= _LARGE
         return np.asarray(-(excess**3).sum(axis=1) - self.ride * np.log10(motion).mean(axis=1))
 
     def _rates(self, energies: Array) -> Array:
