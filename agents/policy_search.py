@@ -42,7 +42,7 @@ CONICITIES = (0.05, 0.4)
 """Range over which the robust critical speed of a searched policy is looked at."""
 
 _SMALLEST_SCALE = 1e-3  # of an input
-_LOST = 2.5  # m/s, that a judged policy's robust critical speed may be lower than the best
+_LOST = 4.0  # m/s, that a judged policy's robust critical speed may be lower than the best
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def search_policy(
     generations: int = 72,
     population: int = 16,
     spread: float = 0.01,
-    judge_every: int = 8,
+    judge_every: int = 24,
     seed: int = 0,
     period: float = CONTROL_PERIOD,
     progress: bool = False,
@@ -125,7 +125,7 @@ def search_policy(
     adds nothing at rest, be it on a curve. It starts from what linear models suggest. The search moves
     a normal distribution of weights towards the better episodes. Every few generations, and at the
     end, its mean is judged. What comes out is, of the judged ones whose robust critical speed is
-    within 2.5 m/s of the highest, the one with the best score.
+    within 4 m/s of the highest, the one with the best score.
 
     Parameters
     ----------
