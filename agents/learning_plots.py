@@ -68,5 +68,5 @@ def plot_search(
         right.plot(judged[:, 0], judged[:, 1], "s-", ms=4, lw=0.8, color=UNSTABLE)
         right.set_ylabel("robust critical speed (m/s)", color=UNSTABLE)
         ax.set_title("policy search")
-        ax.legend(loc="lower right")
+        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2)
         return _drawn(ax)

@@ -120,8 +120,8 @@ def text() -> str:
         f"What limits all controllers is a second mode: with conicity {high:g} the vehicle alone has "
         f"one of {second[1]:.1f} Hz that is unstable from {second[0]:.1f} m/s on, and a yaw moment on "
         "the frame hardly moves it. Searches from the base alone (CMA-ES on quadratic and logarithmic "
-        "returns), and PPO, did not learn to damp it. The start by linear models does; the search gives most "
-        "of that up again, for smaller moments and for faster running at low conicity.",
+        "returns), and PPO, did not learn to damp it. The start by linear models does; the search "
+        "gives most of that up again, for smaller moments and for faster running at low conicity.",
         "",
         "![Learning curve of the shipped policy](pictures/learned.png)",
         "",
