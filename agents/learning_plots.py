@@ -8,7 +8,7 @@ import control
 import numpy as np
 from numpy.typing import NDArray
 
-from design.plots import STABLE, UNSTABLE, _axes, _drawn, style
+from design.plots import SERIES, STABLE, UNSTABLE, _axes, _drawn, style
 from railenv.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -65,8 +65,8 @@ def plot_search(
         ax.set_xlabel("generation")
         ax.set_ylabel("score")
         right = ax.twinx()
-        right.plot(judged[:, 0], judged[:, 1], "s-", ms=4, lw=0.8, color=UNSTABLE)
-        right.set_ylabel("robust critical speed (m/s)", color=UNSTABLE)
+        right.plot(judged[:, 0], judged[:, 1], "s-", ms=4, lw=0.8, color=SERIES[1])
+        right.set_ylabel("robust critical speed (m/s)", color=SERIES[1])
         ax.set_title("policy search")
         ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2)
         return _drawn(ax)

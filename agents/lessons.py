@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents.controller import Controller
+from agents.nonlinear import OFFSET
 from agents.rollout import Case, Rollout, Track
 from railenv import Equipped, checks
 from railenv.errors import ParameterError
@@ -25,6 +26,7 @@ TINY = 1e-8
 
 _WINDOW = 0.2  # s over which the energy of a motion is read
 _EFFORT = 2.0  # of the mean squared moment (share of the limit), beside the motion on a ride
+_UNIT = 9e-3  # m, an offset whose energy is about 1: the reward measures by the flange clearance
 _NOTHING = 1e-26  # energy, as the terms of the reward measure it, below which a motion is over
 
 
@@ -44,7 +46,7 @@ def _curving() -> tuple[Case, ...]:
 
 def _large() -> tuple[Case, ...]:
     runs = [(0.05, v) for v in (140.0, 190.0, 220.0, 250.0)] + [(0.25, 110.0)]
-    return tuple(Case(v, offset=9e-3, vehicle={"conicity": c}) for c, v in runs)
+    return tuple(Case(v, offset=OFFSET, vehicle={"conicity": c}) for c, v in runs)
 
 
 def _rides() -> tuple[Case, ...]:
@@ -152,7 +154,7 @@ class Lessons:
         last = size[half:].reshape(len(time), -1)
         rates = np.polyfit(time, last, 1)[0].reshape(size.shape[1:])
         small = len(self.small)
-        start = np.array([np.log(case.offset / 9e-3) for case in self.small])
+        start = np.array([np.log(case.offset / _UNIT) for case in self.small])
         whole = (size[-1, :, :small] - start) / self.duration
         rates[:, :small] = np.maximum(rates[:, :small], whole)
         return np.asarray(rates)

@@ -52,8 +52,8 @@ class Searched:
     Attributes
     ----------
     policy : LearnedPolicy
-    best, mean : ndarray, shape (generations,)
-        Score of the best candidate so far, and the mean of each generation; see :class:`Lessons`.
+    mean : ndarray, shape (generations,)
+        Mean score of each generation; see :class:`Lessons`.
     judged : ndarray, shape (n_judged, 3)
         Generation, robust critical speed (m/s; 0 if unstable at the lowest speed) and score of the
         search's mean policy then. The first is the policy that the search started from.
@@ -62,7 +62,6 @@ class Searched:
     """
 
     policy: LearnedPolicy
-    best: Array
     mean: Array
     judged: Array
     episodes: int
@@ -168,7 +167,6 @@ def search_policy(
 
         turns = track(turns, description="policy search", total=generations)
     means: list[float] = []
-    bests: list[float] = []
     with one_blas_thread():
         search = _Search(model, base, todo, memory or MEMORY, authority, period)
         start = search.start(wanted)
@@ -181,7 +179,6 @@ def search_policy(
                 scores = search.scores(candidates)
                 strategy.tell(candidates, (-scores).tolist())
                 means.append(float(scores.mean()))
-                bests.append(max([*bests[-1:], float(scores.max())]))
                 if (turn + 1) % judge_every == 0 or turn + 1 == generations:
                     judged.append(search.judged(turn + 1, np.array(strategy.mean)))
         except KeyboardInterrupt:
@@ -203,7 +200,6 @@ def search_policy(
     }
     return Searched(
         search.policy(chosen.weights, about),
-        np.array(bests),
         np.array(means),
         np.array(curve),
         len(means) * population * len(todo.cases),

@@ -29,9 +29,9 @@ MARKS = re.compile(r"(<!-- shipped policy -->\n).*?(<!-- end of shipped policy -
 CLASSICAL = ("output-feedback", "lqg-scheduled")
 SHIPPED = "learned"
 UNSEEN: dict[str, dict[str, float]] = {
-    "conicity 0.35": {"conicity": 0.35},
-    "conicity 0.25, creep 0.7": {"conicity": 0.25, "creep_factor": 0.7},
-    "conicity 0.4, creep 0.7": {"conicity": 0.4, "creep_factor": 0.7},
+    "conicity 0.37": {"conicity": 0.37},
+    "conicity 0.23, creep 0.7": {"conicity": 0.23, "creep_factor": 0.7},
+    "conicity 0.37, creep 0.7": {"conicity": 0.37, "creep_factor": 0.7},
     "body 20 % heavier": {"body_mass": 1.2},
     "body 20 % lighter": {"body_mass": 0.8},
     "bogie frame 10 % heavier": {"frame_mass": 1.1, "frame_yaw_inertia": 1.1},

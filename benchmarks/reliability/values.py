@@ -12,7 +12,7 @@ import railenv
 from railenv.vehicles import QUANTITIES, Vehicle
 
 _FIELDS = {f.name: f.metadata for f in Vehicle.__dataclass_fields__.values()}
-_LENGTHS = {
+LENGTHS = {
     "wheel_radius",
     "half_gauge",
     "half_wheelbase",
@@ -80,7 +80,7 @@ def vehicles(draw: Any) -> Vehicle:
     base = draw(st.sampled_from(railenv.PRESETS))
     changes: dict[str, Any] = {}
     for name in draw(st.sets(st.sampled_from(QUANTITIES), max_size=8)):
-        decades = 0.3 if name in _LENGTHS else 2.0
+        decades = 0.3 if name in LENGTHS else 2.0
         value = getattr(base, name) * 10.0 ** draw(st.floats(-decades, decades))
         changes[name] = min(value, _FIELDS[name]["bounds"].get("high", math.inf))
     optional = [n for n in QUANTITIES if n.startswith(("primary_", "secondary_")) and "arm" not in n]

@@ -13,6 +13,7 @@ from agents.policy_search import _Search, search_policy
 from agents.policy_start import Aim, _plant, _slowest
 from agents.rollout import Case
 from agents.scheduled import readings_of
+from agents.shipped import SEED
 
 pytest.importorskip("cma", reason="needs the extra rl")
 
@@ -98,6 +99,14 @@ def test_start_makes_the_family_decay(coach, base):
     assert rate["base"] > 0.0
     curving = design.closed_loop(coach, found.policy, speed=110.0, radius=8000.0, cant=0.0873)
     assert np.log(curving.spectral_radius) / 0.005 < -0.4
+
+
+@pytest.mark.slow
+def test_the_shipped_policys_search_begins_as_its_file_tells(coach):
+    shipped = agents.shipped("learned")
+    found = search_policy(coach, agents.shipped("output-feedback"), generations=1, seed=SEED)
+    np.testing.assert_allclose(found.judged[0], shipped.about["judged"][0], rtol=1e-3)
+    assert found.mean[0] == pytest.approx(shipped.about["means"][0], rel=1e-2)
 
 
 def test_slopes_of_growth_rates_are_those_of_finite_differences(coach, base):

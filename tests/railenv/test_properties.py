@@ -8,18 +8,11 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 import railenv
+from benchmarks.reliability.values import LENGTHS
 from railenv.errors import RailenvError
 from railenv.vehicles import QUANTITIES, Vehicle
 
 _METADATA = {row.name: row.metadata for row in Vehicle.__dataclass_fields__.values()}
-_GEOMETRY = {
-    "wheel_radius",
-    "half_gauge",
-    "half_wheelbase",
-    "frame_height",
-    "primary_arm",
-    "secondary_arm",
-}
 
 
 @st.composite
@@ -28,7 +21,7 @@ def vehicles(draw):
     base = draw(st.sampled_from(railenv.PRESETS))
     changes = {}
     for name in draw(st.sets(st.sampled_from(QUANTITIES))):
-        decades = 0.3 if name in _GEOMETRY else 1.0
+        decades = 0.3 if name in LENGTHS else 1.0
         value = getattr(base, name) * 10.0 ** draw(st.floats(-decades, decades))
         changes[name] = min(value, _METADATA[name]["bounds"].get("high", math.inf))
     zero = st.sets(
