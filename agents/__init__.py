@@ -20,7 +20,7 @@ from agents.nonlinear import Place, disturbed_critical_speed, ramp_down
 from agents.output_feedback import Filters, OutputFeedback
 from agents.passive import Passive
 from agents.policy_search import Searched, search_policy
-from agents.policy_start import Aim
+from agents.policy_start import Aim, Target
 from agents.rollout import Case, Motion, Rollout
 from agents.scheduled import Law, ScheduledController
 from agents.shipped import shipped, shipped_names
@@ -51,6 +51,7 @@ __all__ = [
     "Rollout",
     "ScheduledController",
     "Searched",
+    "Target",
     "Training",
     "YawRateFeedback",
     "disturbed_critical_speed",

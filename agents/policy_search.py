@@ -8,7 +8,6 @@ package ``cma`` (extra ``rl``).
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -189,7 +188,7 @@ def search_policy(
     about = {
         "algorithm": "policy search, CMA-ES",
         "lessons": todo.plain(),
-        "aim": dataclasses.asdict(wanted),
+        "aim": wanted.plain(),
         "generations": len(means),
         "population": population,
         "spread": spread,

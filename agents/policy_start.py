@@ -7,9 +7,11 @@ what growth rates exceed their aim by is minimised with its gradient. The search
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,60 +29,81 @@ _STEP = 1e-3  # of a weight; loops are affine in the weights, so any step is exa
 
 
 @dataclass(frozen=True, kw_only=True)
+class Target:
+    """Vehicles at speeds at which all of them are to be stable.
+
+    Attributes
+    ----------
+    conicities, speeds : tuple of float
+        Every conicity at every speed (m/s).
+    creep_factor : float
+        Of these vehicles.
+    radius, cant : float
+        m, rad.
+    weight : float
+        How much they count.
+    """
+
+    conicities: tuple[float, ...]
+    speeds: tuple[float, ...]
+    creep_factor: float = 1.0
+    radius: float = math.inf
+    cant: float = 0.0
+    weight: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not self.conicities or not self.speeds:
+            raise ParameterError(
+                "a target needs at least one conicity and one speed; one of them is empty"
+            )
+        checks.number("weight of a target", self.weight, low=0.0)
+
+
+def _targets() -> tuple[Target, ...]:
+    slow = (20.0, 30.0, 45.0, 65.0, 85.0, 100.0, 115.0, 135.0, 150.0, 157.0, 160.0, 162.0)
+    return (
+        Target(conicities=(0.05, 0.1, 0.2, 0.3, 0.4), speeds=slow),
+        Target(conicities=(0.05, 0.1), speeds=(190.0, 220.0, 250.0), weight=0.1),
+        _curve(12000.0, 140.0, 160.0, 172.0),
+        _curve(8000.0, 110.0, 130.0, 145.0, 155.0),
+        _curve(5000.0, 90.0, 105.0, 115.0),
+    )
+
+
+def _curve(radius: float, *speeds: float) -> Target:
+    return Target(conicities=(0.05,), speeds=speeds, radius=radius, cant=0.0873, weight=0.1)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Aim:
     """What the start is to reach.
 
     Attributes
     ----------
-    conicities, speeds : tuple of float
-        Every vehicle at every speed (m/s) up to the highest at which all of them are to be stable.
-    fast_conicities, fast_speeds : tuple of float
-        Beyond it, only these.
-    fast_weight : float
-        How much they count.
-    curves : tuple of (float, float, tuple of float)
-        Radius (m), cant (rad) and speeds of curves on which the vehicle itself is to be stable; they
-        count like the fast ones.
+    targets : tuple of Target
+        The first has to be met before the next is added, and so on.
     decay : float
         Rate (1/s) at which every motion is to decay; faster earns nothing.
     size : float
         Weight of the squared weights, which keeps moments small.
     """
 
-    conicities: tuple[float, ...] = (0.05, 0.1, 0.2, 0.3, 0.4)
-    speeds: tuple[float, ...] = (
-        20.0,
-        30.0,
-        45.0,
-        65.0,
-        85.0,
-        100.0,
-        115.0,
-        135.0,
-        150.0,
-        157.0,
-        160.0,
-        162.0,
-    )
-    fast_conicities: tuple[float, ...] = (0.05, 0.1)
-    fast_speeds: tuple[float, ...] = (190.0, 220.0, 250.0)
-    fast_weight: float = 0.1
-    curves: tuple[tuple[float, float, tuple[float, ...]], ...] = (
-        (12000.0, 0.0873, (140.0, 160.0, 172.0)),
-        (8000.0, 0.0873, (110.0, 130.0, 145.0, 155.0)),
-        (5000.0, 0.0873, (90.0, 105.0, 115.0)),
-    )
+    targets: tuple[Target, ...] = field(default_factory=_targets)
     decay: float = 0.6
     size: float = 0.02
 
     def __post_init__(self) -> None:
-        if not self.conicities or not self.speeds:
-            raise ParameterError(
-                "an aim needs at least one conicity and one speed; one of them is empty"
-            )
+        if not self.targets:
+            raise ParameterError("targets of an aim is empty; an aim needs at least one target")
         checks.number("decay", self.decay, low=0.0, unit="1/s")
-        for name in ("size", "fast_weight"):
-            checks.number(name, getattr(self, name), low=0.0)
+        checks.number("size", self.size, low=0.0)
+
+    def plain(self) -> dict[str, Any]:
+        """Return everything as plain numbers and lists, for a policy's file."""
+        told = dataclasses.asdict(self)
+        for target in told["targets"]:
+            target["radius"] = None if math.isinf(target["radius"]) else target["radius"]
+        return told
 
 
 def start_weights(
@@ -107,19 +130,23 @@ def start_weights(
     period : float
         Control period, s.
     iterations : int
-        Of the quasi-Newton method, with each family that is added.
+        Of the quasi-Newton method, with each target that is added.
     """
-    own = (float(model.plant.vehicle.conicity),)
-    families = [(aim.conicities, aim.speeds, math.inf, 0.0, 1.0)]
-    if aim.fast_conicities and aim.fast_speeds:
-        families.append((aim.fast_conicities, aim.fast_speeds, math.inf, 0.0, aim.fast_weight))
-    families += [(own, speeds, radius, cant, aim.fast_weight) for radius, cant, speeds in aim.curves]
     weights, plants = np.zeros(dimension), []
-    # one family after the other: from nothing, all at once lead to where the first one is not stable
-    for conicities, speeds, radius, cant, weight in families:
-        family = Family.of(model, signals, conicities, speeds, period, radius, cant)
+    # one target after the other: from nothing, all at once lead to where the first one is not met
+    for target in aim.targets:
+        family = Family.of(
+            model.replace(creep_factor=target.creep_factor),
+            signals,
+            target.conicities,
+            target.speeds,
+            period,
+            target.radius,
+            target.cant,
+        )
         plants += [
-            (weight, *_plant(family, i, signals, loop_of, dimension)) for i in range(len(family.speed))
+            (target.weight, *_plant(family, i, signals, loop_of, dimension))
+            for i in range(len(family.speed))
         ]
         weights = _minimized(plants, weights, aim, period, iterations)
     return weights

@@ -35,6 +35,11 @@ def critical_speed(
     cant: CantOption = 0.0,
     lowest: Annotated[float, typer.Option(help="Lowest speed searched, m/s.")] = 3.0,
     highest: Annotated[float, typer.Option(help="Highest speed searched, m/s.")] = 400.0,
+    controller: ControllerOption = None,
+    yaw_rate_gain: YawRateGainOption = None,
+    washout: WashoutOption = None,
+    delay: DelayOption = None,
+    period: PeriodOption = None,
     changes: SetOption = None,
     plot: PlotOption = None,
     animate: Annotated[
@@ -45,18 +50,29 @@ def critical_speed(
 ) -> None:
     """Find the speed at which steady running ends: by hunting, divergence or loss of equilibrium."""
     import design
+    from railenv import cli_design as command
 
-    built = model_of(model, vehicle, changes)
-    found = design.critical_speed(built, radius=radius, cant=cant, speed_range=(lowest, highest))
+    loop = command.loop(
+        model_of(model, vehicle, None),
+        assignments(changes, "--set"),
+        command.Choice(controller, yaw_rate_gain, washout, delay, period),
+    )
+    found = design.critical_speed(
+        loop.model,
+        radius=radius,
+        cant=cant,
+        speed_range=(lowest, highest),
+        controller=loop.controller,
+    )
     if as_json:
-        print_json({"model": built.name, **found.summary()})
+        print_json({"model": found.model_name, **found.summary()})
     else:
-        out.print(f"{built.name}: {found}", markup=False, highlight=False)
+        out.print(f"{found.model_name}: {found}", markup=False, highlight=False)
     if plot:
         save(found.plot(), plot, as_json)
     if animate:
         if found.mode_shape is None:
-            raise ParameterError(f"--animate needs a critical mode, but {built.name} is {found}")
+            raise ParameterError(f"--animate needs a critical mode, but {found.model_name} is {found}")
         found.mode_shape.animate().save(animate, writer="pillow")
         say_written(animate, as_json)
 

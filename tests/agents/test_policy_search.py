@@ -10,7 +10,7 @@ from agents.family import Family
 from agents.lessons import TINY, Lessons
 from agents.memory import MemorySettings
 from agents.policy_search import _Search, search_policy
-from agents.policy_start import Aim, _plant, _slowest
+from agents.policy_start import Aim, Target, _plant, _slowest
 from agents.rollout import Case
 from agents.scheduled import readings_of
 from agents.shipped import SEED
@@ -26,15 +26,7 @@ SHORT = Lessons(
     duration=2.0,
     decay=2.0,
 )
-NOWHERE = Aim(
-    conicities=(0.05,),
-    speeds=(60.0,),
-    fast_conicities=(),
-    fast_speeds=(),
-    curves=(),
-    decay=0.0,
-    size=1.0,
-)
+NOWHERE = Aim(targets=(Target(conicities=(0.05,), speeds=(60.0,)),), decay=0.0, size=1.0)
 MEMORY = MemorySettings(corners=(0.5, 4.0), past_commands=1, schedule=(60.0, 180.0))
 
 
@@ -82,11 +74,12 @@ def test_without_aim_and_generations_the_policy_is_its_base(coach, base):
 
 def test_start_makes_the_family_decay(coach, base):
     aim = Aim(
-        conicities=(0.05, 0.3),
-        speeds=(60.0, 120.0, 150.0),
-        fast_conicities=(0.05,),
-        fast_speeds=(180.0,),
-        curves=((8000.0, 0.0873, (110.0,)),),
+        targets=(
+            Target(conicities=(0.05, 0.3), speeds=(60.0, 120.0, 150.0)),
+            Target(conicities=(0.05,), speeds=(180.0,), weight=0.1),
+            Target(conicities=(0.3,), speeds=(110.0,), creep_factor=0.7),
+            Target(conicities=(0.05,), speeds=(110.0,), radius=8000.0, cant=0.0873),
+        )
     )
     found = search(coach, base, generations=0, aim=aim)
     for conicity, speed in ((0.05, 60.0), (0.3, 150.0), (0.05, 180.0)):

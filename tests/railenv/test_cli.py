@@ -55,6 +55,20 @@ def test_critical_speed_on_a_curve_with_changed_parameters_and_a_plot(tmp_path):
     assert picture.stat().st_size > 1000
 
 
+def test_critical_speed_under_a_controller_moves(tmp_path):
+    said = invoke("critical-speed", "--controller", "output-feedback")
+    assert said.startswith("bogie_secondary: hunting from ")
+    alone, damped, gain = (
+        json.loads(invoke("critical-speed", "--lowest", 20, "--json", *more))["speed"]
+        for more in ((), ("--controller", "yaw-rate"), ("--yaw-rate-gain", 2e5))
+    )
+    assert alone < min(damped, gain)
+    assert "unstable already at 3 m/s" in invoke("critical-speed", "--controller", "yaw-rate")
+    moving = tmp_path / "mode.gif"
+    invoke("critical-speed", "--controller", "lqg", "--set", "conicity=0.4", "--animate", moving)
+    assert moving.stat().st_size > 1000
+
+
 def test_own_vehicle_from_a_file(tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text('base = "HIGH_SPEED_COACH"\nname = "mine"\nconicity = 0.2\n')
