@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from agents.controller import Controller
 from agents.nonlinear import OFFSET
 from agents.rollout import Case, Rollout, Track
-from railenv import Equipped, checks
+from railenv import HIGH_SPEED_COACH, Equipped, checks
 from railenv.errors import ParameterError
 
 Array = NDArray[np.float64]
@@ -25,7 +25,8 @@ TINY = 1e-8
 """m, offset of all bodies from which small motions start, far from every limit."""
 
 _WINDOW = 0.2  # s over which the energy of a motion is read
-_EFFORT = 2.0  # of the mean squared moment (share of the limit), beside the motion on a ride
+_EFFORT = 4.0  # of the mean squared moment (share of the limit), beside the motion on a ride
+_GROWING = 0.1  # 1/s, rate from which on a motion that grows costs 1 more
 _UNIT = 9e-3  # m, an offset whose energy is about 1: the reward measures by the flange clearance
 _NOTHING = 1e-26  # energy, as the terms of the reward measure it, below which a motion is over
 
@@ -35,13 +36,43 @@ def _small() -> tuple[Case, ...]:
     fast = [(0.4, v) for v in (157.0, 159.0, 160.0, 161.0, 162.0, 163.0, 164.0)]
     fast += [(0.3, 162.0), (0.12, 162.0), (0.3, 100.0), (0.4, 100.0)]
     fast += [(0.05, v) for v in (180.0, 205.0, 230.0)]
-    tangent = tuple(Case(v, offset=TINY, vehicle={"conicity": c}) for c, v in (*grid, *fast))
-    return (*tangent, *_curving())
+    tangent = tuple(_tiny(v, conicity=c) for c, v in (*grid, *fast))
+    return (*tangent, *_curving(), *_poor_contact(), *_other_vehicles())
+
+
+def _tiny(speed: float, **vehicle: float) -> Case:
+    return Case(speed, offset=TINY, vehicle=vehicle)
 
 
 def _curving() -> tuple[Case, ...]:
-    runs = [(8000.0, v) for v in (110.0, 125.0)] + [(5000.0, v) for v in (85.0, 97.0)]
-    return tuple(Case(v, radius, 0.0873, offset=2e-4) for radius, v in runs)
+    runs = {
+        5000.0: (85.0, 97.0),
+        8000.0: (110.0, 125.0, 138.0),
+        12000.0: (140.0, 158.0, 172.0, 182.0),
+    }
+    return tuple(
+        Case(v, radius, 0.0873, offset=2e-4) for radius, speeds in runs.items() for v in speeds
+    )
+
+
+def _poor_contact() -> tuple[Case, ...]:
+    runs = [(0.15, 0.65, v) for v in (80.0, 160.0)] + [(0.25, 0.65, v) for v in (100.0, 160.0)]
+    runs += [(0.2, 0.65, 130.0), (0.35, 0.65, 160.0), (0.2, 0.8, 160.0), (0.3, 0.8, 170.0)]
+    return tuple(_tiny(v, conicity=c, creep_factor=k) for c, k, v in runs)
+
+
+def _other_vehicles() -> tuple[Case, ...]:
+    own = HIGH_SPEED_COACH
+    spring = own.primary_longitudinal_stiffness
+    frame = {"frame_mass": 1.07 * own.frame_mass, "frame_yaw_inertia": 1.07 * own.frame_yaw_inertia}
+    return (
+        *(
+            _tiny(v, conicity=0.05, primary_longitudinal_stiffness=0.88 * spring)
+            for v in (140.0, 165.0)
+        ),
+        _tiny(200.0, conicity=0.05, primary_longitudinal_stiffness=1.1 * spring),
+        _tiny(200.0, conicity=0.05, **frame),
+    )
 
 
 def _large() -> tuple[Case, ...]:
@@ -50,7 +81,7 @@ def _large() -> tuple[Case, ...]:
 
 
 def _rides() -> tuple[Case, ...]:
-    return tuple(Case(v, vehicle={"conicity": 0.05}) for v in (80.0, 80.0, 110.0))
+    return tuple(Case(v, vehicle={"conicity": 0.05}) for v in (80.0, 110.0, 140.0))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,7 +107,7 @@ class Lessons:
     rides: tuple[Case, ...] = field(default_factory=_rides)
     duration: float = 4.0
     decay: float = 0.6
-    ride: float = 10.0
+    ride: float = 12.0
 
     def __post_init__(self) -> None:
         checks.number("duration", self.duration, low=10.0 * _WINDOW, unit="s")
@@ -107,10 +138,11 @@ class Lessons:
     def scores(self, model: Equipped, controller: Controller, count: int = 1) -> Array:
         """Return the scores of ``count`` policies that run side by side in one controller.
 
-        The score is minus the sum of the cubes of what rates of growth exceed ``-decay`` by, less
-        ``ride`` times the decimal logarithm of the mean motion and moment on the rides. The rate of a
-        case is the slope of its motion's logarithm over the last half, and for small offsets not less
-        than that over the whole: a motion that has grown into a limit cycle does not count as steady.
+        The score is minus the sum of the cubes of what rates of growth exceed ``-decay`` by, less 1 for
+        every motion that grows (in proportion below 0.1 1/s), less ``ride`` times the decimal logarithm
+        of the mean motion and moment on the rides. The rate of a case is the slope of its motion's
+        logarithm over the last half, and for small offsets not less than that over the whole: a motion
+        that has grown into a limit cycle does not count as steady.
 
         Parameters
         ----------
@@ -142,9 +174,10 @@ class Lessons:
                 ride += hunting + excursion + _EFFORT * effort
             energies[k] = energy / window
         shaped = energies.reshape(windows, count, len(one))
-        excess = np.maximum(self._rates(shaped[:, :, :smooth]) + self.decay, 0.0)
+        rates = self._rates(shaped[:, :, :smooth])
+        cost = np.maximum(rates + self.decay, 0.0) ** 3 + np.clip(rates / _GROWING, 0.0, 1.0)
         motion = ride.reshape(count, len(one))[:, smooth:] / (windows * window)
-        return np.asarray(-(excess**3).sum(axis=1) - self.ride * np.log10(motion).mean(axis=1))
+        return np.asarray(-cost.sum(axis=1) - self.ride * np.log10(motion).mean(axis=1))
 
     def _rates(self, energies: Array) -> Array:
         """Return growth rates (1/s) from energies of shape (windows, ...)."""

@@ -41,7 +41,7 @@ CONICITIES = (0.05, 0.4)
 """Range over which the robust critical speed of a searched policy is looked at."""
 
 _SMALLEST_SCALE = 1e-3  # of an input
-_LOST = 4.0  # m/s, that a judged policy's robust critical speed may be lower than the best
+_GAIN = 1.0  # m/s, that a policy's robust critical speed is to be above its base's
 
 
 @dataclass(frozen=True)
@@ -109,10 +109,10 @@ def search_policy(
     memory: MemorySettings | None = None,
     aim: Aim | None = None,
     authority: float = 0.5,
-    generations: int = 72,
+    generations: int = 144,
     population: int = 16,
     spread: float = 0.01,
-    judge_every: int = 24,
+    judge_every: int = 12,
     seed: int = 0,
     period: float = CONTROL_PERIOD,
     progress: bool = False,
@@ -122,8 +122,8 @@ def search_policy(
     The policy is linear in the features of its memory and odd, and steady readings cancel in it, so it
     adds nothing at rest, be it on a curve. It starts from what linear models suggest. The search moves
     a normal distribution of weights towards the better episodes. Every few generations, and at the
-    end, its mean is judged. What comes out is, of the judged ones whose robust critical speed is
-    within 4 m/s of the highest, the one with the best score.
+    end, its mean is judged. What comes out is, of the judged ones whose robust critical speed is at
+    least 1 m/s above the base's, the one with the best score; if there are none, the most robust.
 
     Parameters
     ----------
@@ -182,8 +182,7 @@ def search_policy(
                     judged.append(search.judged(turn + 1, np.array(strategy.mean)))
         except KeyboardInterrupt:
             pass
-    highest = max(row.robust for row in judged)
-    chosen = max((row for row in judged if row.robust >= highest - _LOST), key=lambda row: row.score)
+    chosen = _best(judged, search.robust(np.zeros(search.dimension)) + _GAIN)
     curve = [[row.generation, row.robust, row.score] for row in judged]
     about = {
         "algorithm": "policy search, CMA-ES",
@@ -213,6 +212,14 @@ class _Judged:
     weights: Array
     robust: float
     score: float
+
+
+def _best(judged: list[_Judged], wanted: float) -> _Judged:
+    """Return the one of the best score of those as robust as wanted (m/s), else the most robust."""
+    enough = [row for row in judged if row.robust >= wanted]
+    if enough:
+        return max(enough, key=lambda row: row.score)
+    return max(judged, key=lambda row: row.robust)
 
 
 class _Search:
@@ -318,10 +325,13 @@ class _Search:
         controller = _Population(frame, self._gains(candidates))
         return self.lessons.scores(self.model, controller, len(candidates))
 
+    def robust(self, weights: Array) -> float:
+        """Return the robust critical speed of weights (m/s), 0 if there is none."""
+        box = {"conicity": CONICITIES}
+        found = design.robust_critical_speed(self.model, self.policy(weights, {}), box, samples=6)
+        return found.speed or 0.0
+
     def judged(self, generation: int, weights: Array) -> _Judged:
         """Return what weights reach."""
-        found = design.robust_critical_speed(
-            self.model, self.policy(weights, {}), {"conicity": CONICITIES}, samples=6
-        )
         score = float(self.scores(weights[None])[0])
-        return _Judged(generation, weights.copy(), found.speed or 0.0, score)
+        return _Judged(generation, weights.copy(), self.robust(weights), score)

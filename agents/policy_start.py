@@ -61,12 +61,16 @@ class Target:
 
 def _targets() -> tuple[Target, ...]:
     slow = (20.0, 30.0, 45.0, 65.0, 85.0, 100.0, 115.0, 135.0, 150.0, 157.0, 160.0, 162.0)
+    fast = (170.0, 190.0, 220.0, 250.0, 280.0)
+    poor = (40.0, 80.0, 120.0, 150.0, 170.0)
     return (
         Target(conicities=(0.05, 0.1, 0.2, 0.3, 0.4), speeds=slow),
-        Target(conicities=(0.05, 0.1), speeds=(190.0, 220.0, 250.0), weight=0.1),
+        Target(conicities=(0.05, 0.1), speeds=fast, weight=0.3),
         _curve(12000.0, 140.0, 160.0, 172.0),
         _curve(8000.0, 110.0, 130.0, 145.0, 155.0),
         _curve(5000.0, 90.0, 105.0, 115.0),
+        Target(conicities=(0.15, 0.25, 0.35), speeds=poor, creep_factor=0.65),
+        Target(conicities=(0.2,), speeds=(80.0, 120.0, 160.0, 180.0), creep_factor=0.8),
     )
 
 
