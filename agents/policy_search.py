@@ -41,7 +41,6 @@ CONICITIES = (0.05, 0.4)
 """Range over which the robust critical speed of a searched policy is looked at."""
 
 _SMALLEST_SCALE = 1e-3  # of an input
-_GAIN = 1.0  # m/s, that a policy's robust critical speed is to be above its base's
 
 
 @dataclass(frozen=True)
@@ -113,6 +112,7 @@ def search_policy(
     population: int = 16,
     spread: float = 0.01,
     judge_every: int = 12,
+    gain: float = 0.98,
     seed: int = 0,
     period: float = CONTROL_PERIOD,
     progress: bool = False,
@@ -122,8 +122,8 @@ def search_policy(
     The policy is linear in the features of its memory and odd, and steady readings cancel in it, so it
     adds nothing at rest, be it on a curve. It starts from what linear models suggest. The search moves
     a normal distribution of weights towards the better episodes. Every few generations, and at the
-    end, its mean is judged. What comes out is, of the judged ones whose robust critical speed is at
-    least 1 m/s above the base's, the one with the best score; if there are none, the most robust.
+    end, its mean is judged. What comes out is, of the judged ones whose robust critical speed is by
+    ``gain`` above the base's, the one with the best score; if there are none, the most robust.
 
     Parameters
     ----------
@@ -142,6 +142,8 @@ def search_policy(
         Of the first generation's weights about the start, in shares of the limit for a usual input.
     judge_every : int
         Generations between judgements.
+    gain : float
+        m/s, by which the robust critical speed of what comes out is to be above the base's.
     seed : int
     period : float
         Control period, s.
@@ -182,7 +184,7 @@ def search_policy(
                     judged.append(search.judged(turn + 1, np.array(strategy.mean)))
         except KeyboardInterrupt:
             pass
-    chosen = _best(judged, search.robust(np.zeros(search.dimension)) + _GAIN)
+    chosen = _best(judged, search.robust(np.zeros(search.dimension)) + gain)
     curve = [[row.generation, row.robust, row.score] for row in judged]
     about = {
         "algorithm": "policy search, CMA-ES",
@@ -191,6 +193,7 @@ def search_policy(
         "generations": len(means),
         "population": population,
         "spread": spread,
+        "gain": gain,
         "seed": seed,
         "chosen": chosen.generation,
         "means": means,

@@ -15,6 +15,7 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from joblib import Parallel, delayed
 
 import agents
 import design
@@ -98,18 +99,22 @@ def second_mode() -> list[float]:
 
 
 def measure(seeds: list[int]) -> dict[str, Any]:
-    """Search policies with other seeds, and compare all."""
-    names = (*CLASSICAL, SHIPPED)
-    data: dict[str, Any] = {name: row(agents.shipped(name), name) for name in names}
-    data["second mode"] = second_mode()
+    """Search policies with other seeds, and compare all, two side by side."""
+    kept: list[str | int] = [*CLASSICAL, SHIPPED, *seeds]
+    rows = Parallel(n_jobs=2)(delayed(_measured)(which) for which in kept)
+    names = [f"seed {which}" if isinstance(which, int) else which for which in kept]
+    return {**dict(zip(names, rows, strict=True)), "second mode": second_mode()}
+
+
+def _measured(which: str | int) -> dict[str, Any]:
+    """Return the row of a shipped controller, or of the policy that is searched with a seed."""
+    if isinstance(which, str):
+        return row(agents.shipped(which), which)
     base = agents.shipped("output-feedback")
-    for seed in seeds:
-        searched = search_policy(coach(), base, seed=seed, progress=True)  # type: ignore[arg-type]
-        about = searched.policy.about
-        data[f"seed {seed}"] = row(searched.policy, f"seed {seed}")
-        data[f"seed {seed}"]["chosen"] = about["chosen"]
-        data[f"seed {seed}"]["start"] = about["judged"][0]
-    return data
+    searched = search_policy(coach(), base, seed=which)  # type: ignore[arg-type]
+    about = searched.policy.about
+    told = row(searched.policy, f"seed {which}")
+    return {**told, "chosen": about["chosen"], "start": about["judged"][0]}
 
 
 def text() -> str:

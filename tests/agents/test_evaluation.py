@@ -205,7 +205,7 @@ def test_the_best_shipped_controller_from_sensors_meets_its_claims(coach):
 
 
 def test_the_learned_policy_surpasses_the_classical_ones_from_sensors(coach):
-    """In robust critical speed all; the robust ones also in the nonlinear one, at no larger moment."""
+    """In robust and nonlinear critical speed all; at smaller moments than the robust ones."""
     stored = {e.controller: e for e in agents.load_evaluations(STORED)}
     learned = stored.pop("learned")
     classical = [e for e in stored.values() if e.observation == "sensors" and e.robust]
@@ -213,13 +213,14 @@ def test_the_learned_policy_surpasses_the_classical_ones_from_sensors(coach):
     found = design.robust_critical_speed(coach, policy, {"conicity": (0.05, 0.4)}, samples=8)
     assert found.speed == pytest.approx(learned.robust, rel=1e-3)
     assert found.speed > max(e.robust for e in classical)
+    assert learned.nonlinear > max(e.nonlinear for e in classical)
     robust = [e for e in classical if e.robust > 0.9 * learned.robust]
     assert {e.controller for e in robust} == {"lqg-scheduled", "output-feedback"}
     for other in robust:
-        assert learned.nonlinear > other.nonlinear
-        assert learned.ride[0]["moment_rms"] <= other.ride[0]["moment_rms"]
-    disturbed = agents.disturbed_critical_speed(coach, policy, speed_range=(20.0, 230.0))
-    assert disturbed > max(e.nonlinear for e in robust)
+        for own, its in zip(learned.ride, other.ride, strict=True):
+            assert own["moment_rms"] < its["moment_rms"]
+    disturbed = agents.disturbed_critical_speed(coach, policy, speed_range=(20.0, 340.0))
+    assert disturbed > max(e.nonlinear for e in classical)
 
 
 def test_page_on_learning_tells_what_was_measured():
