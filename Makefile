@@ -43,6 +43,7 @@ docs: $(DEVELOPED) ## regenerate the pages that are made from code and measureme
 	$(BIN)/python -m examples.reward_of_idle_and_lqr
 	$(BIN)/python -m benchmarks.scaling docs/scaling.md
 	$(BIN)/python -m benchmarks.run --markdown docs/benchmarks.md
+	$(BIN)/python docs/make_times.py
 
 site: $(DEVELOPED) ## build the documentation as a site in site/
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs site
