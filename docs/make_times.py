@@ -37,11 +37,9 @@ TEST = Step("make test", "`make test` after it")
 STEPS = (
     INSTALL,
     DEMO,
-    Step(
-        ".venv/bin/railenv reproduce --first-page --fresh", "`railenv reproduce --first-page --fresh`"
-    ),
-    Step(".venv/bin/railenv reproduce --quick --out quick", "`railenv reproduce --quick`"),
-    Step(".venv/bin/railenv reproduce --out full", "`railenv reproduce`"),
+    Step(".venv/bin/railenv reproduce --first-page --fresh", "the same again, from nothing stored"),
+    Step(".venv/bin/railenv reproduce --quick --out results/quick", "`railenv reproduce --quick`"),
+    Step(".venv/bin/railenv reproduce --out results/full", "`railenv reproduce`"),
     PREPARE,
     TEST,
 )
@@ -56,10 +54,12 @@ def measured() -> dict[Step, float]:
         variables = {**os.environ, "RAILENV_CACHE_DIR": str(Path(directory, "cache"))}
         for step in STEPS:
             start = time.perf_counter()
-            subprocess.run(
-                step.command, shell=True, cwd=clone, env=variables, check=True, capture_output=True
+            done = subprocess.run(
+                step.command, shell=True, cwd=clone, env=variables, capture_output=True, text=True
             )
             times[step] = time.perf_counter() - start
+            if done.returncode:
+                raise SystemExit(f"{step.command} failed:\n{done.stdout}\n{done.stderr}")
             print(f"{step.command}: {times[step]:.1f} s", flush=True)
     return times
 
@@ -81,7 +81,7 @@ def table(times: dict[Step, float]) -> str:
 def sentence(times: dict[Step, float]) -> str:
     """Return the block of README."""
     return (
-        f"Measured on {os.cpu_count()} processors ([more times](docs/reproduction.md#how-long-it-takes)): "
+        f"[Measured](docs/reproduction.md#how-long-it-takes) on {os.cpu_count()} processors: "
         f"{duration(times[INSTALL])} to install with a fast network, then {duration(times[DEMO])}, "
         "of which the compilation of kernels is needed once."
     )

@@ -377,7 +377,7 @@ def test_window_reopens_after_pygame_quit_elsewhere(dummy_display):
 
 def test_missing_pygame_says_how_to_install_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "pygame", None)
-    with pytest.raises(gymnasium.error.DependencyNotInstalled, match=r"pip install railenv\[render\]"):
+    with pytest.raises(gymnasium.error.DependencyNotInstalled, match=r"pip install 'railenv\[render\]"):
         Renderer("rgb_array", fps=50)
 
 

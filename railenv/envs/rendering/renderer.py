@@ -85,7 +85,7 @@ class Renderer:
             from gymnasium.error import DependencyNotInstalled
 
             raise DependencyNotInstalled(
-                "pygame is not installed; run `pip install railenv[render]`"
+                "pygame is not installed; run `pip install 'railenv[render]'`"
             ) from error
         self._pygame = pygame
         self.mode = mode
