@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import warnings
 from pathlib import Path
 from typing import Annotated
 
@@ -43,6 +44,8 @@ app.command()(cli_train.train)
 
 def main() -> None:
     """Run the command line; errors of the package print as one line, with exit status 1."""
+    # joblib replaces worker processes that have grown, as they do by compiling, and loses nothing
+    warnings.filterwarnings("ignore", "A worker stopped while some jobs were given", UserWarning)
     try:
         app()
     except (RailenvError, OSError) as error:

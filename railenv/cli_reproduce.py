@@ -25,7 +25,7 @@ def reproduce(
     quick: Annotated[
         bool,
         typer.Option(
-            "--quick", help="Coarse diagrams and limit cycles; controllers on one curve only."
+            "--quick", help="Coarse diagrams and limit cycles; controllers on tangent track only."
         ),
     ] = False,
     first_page: Annotated[
@@ -75,7 +75,10 @@ def run(
     if first:
         sections = first_page(settings)
     else:
-        plan = dataclasses.replace(Plan.quick(), delays=()) if quick else Plan()
+        plan = Plan()
+        if quick:
+            short = Plan.quick()
+            plan = dataclasses.replace(short, curves=short.curves[:1], delays=())
         sections = whole_report(settings, [HopfPush(settings, plan)])
     report = reproduce(
         sections,
@@ -105,7 +108,7 @@ def _note(quick: bool, first: bool) -> str:
         return "First page only; railenv reproduce computes the whole report."
     if quick:
         return (
-            "Quick form: coarse diagrams and limit cycles, controllers on one curve only; railenv "
+            "Quick form: coarse diagrams and limit cycles, controllers on tangent track only; railenv "
             "reproduce computes the whole report."
         )
     return "Whole report."

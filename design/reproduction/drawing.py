@@ -66,8 +66,10 @@ def write_figure(figure: Figure, folder: Path, name: str) -> tuple[bytes, tuple[
     """
     stream, paths = io.BytesIO(), (folder / f"{name}.svg", folder / f"{name}.png")
     with style(), mpl.rc_context({"svg.hashsalt": "railenv"}):
-        figure.draw_without_rendering()
-        figure.set_layout_engine("none")  # laid out once, for both files
+        layout = figure.get_layout_engine()
+        if layout is not None:
+            layout.execute(figure)
+            figure.set_layout_engine("none")  # laid out once, for both files
         figure.savefig(stream, format="svg", metadata={"Date": None})
         figure.savefig(paths[1])
     text = stream.getvalue()

@@ -24,10 +24,26 @@ def compute(pieces: Sequence[Piece], store: Store, jobs: int) -> Generator[Piece
     jobs : int
         Number of processes; 1 computes in this one.
     """
-    tasks = (joblib.delayed(_stored)(piece, store) for piece in _spread(pieces))
+    tasks = (joblib.delayed(_stored)(piece, store) for piece in spread(pieces))
     parallel = joblib.Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)
     with closing(parallel(tasks)) as done:
         yield from done
+
+
+def spread(pieces: Sequence[Piece]) -> list[Piece]:
+    """Order pieces so that two processes seldom compile the same kernels at the same time.
+
+    Kernels differ between models and, for closed loops, between the modules that compute. The first
+    piece of each such kind comes before all others; those of closed loops, which stand last and compile
+    longest, begin.
+    """
+    kinds: dict[tuple[str, str], list[Piece]] = {}
+    for piece in pieces:
+        kind = (piece.function.__module__, type(piece.inputs.get("model")).__name__)
+        kinds.setdefault(kind, []).append(piece)
+    first = [kind[0] for kind in reversed(kinds.values())]
+    names = {piece.name for piece in first}
+    return [*first, *(piece for piece in pieces if piece.name not in names)]
 
 
 def write(
@@ -48,15 +64,6 @@ def write(
     parallel = joblib.Parallel(n_jobs=jobs, return_as="generator", batch_size=1)
     with closing(parallel(tasks)) as done:
         yield from done
-
-
-def _spread(pieces: Sequence[Piece]) -> list[Piece]:
-    """Order pieces so that two processes begin with different models: each compiles other kernels."""
-    kinds: dict[str, list[Piece]] = {}
-    for piece in pieces:
-        kinds.setdefault(type(piece.inputs.get("model")).__name__, []).append(piece)
-    first, *others = kinds.values() if kinds else [[]]
-    return [*first[:1], *(piece for kind in others for piece in kind), *first[1:]]
 
 
 def _stored(piece: Piece, store: Store) -> Piece:

@@ -11,10 +11,13 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-from design.reproduction import DataTable, Interrupted, Piece, Store, reproduce
+import railenv
+from agents.reproduction import computations as closed_loops
+from design.reproduction import DataTable, Interrupted, Piece, Store, computations, reproduce
 from design.reproduction import store as store_module
 from design.reproduction.output import write_json
 from design.reproduction.store import Results
+from design.reproduction.workers import spread
 from railenv.errors import ParameterError
 from tests.design.reproduction.toy import EVIL, Squares, square
 
@@ -54,6 +57,18 @@ def test_several_processes_store_what_they_computed_also_when_one_is_killed(tmp_
     assert report.computed >= 1
     assert set(logged(tmp_path)) == {"1", "2", "3"}
     assert "<p>14</p>" in report.path.read_text()
+
+
+def test_pieces_that_compile_other_kernels_come_first():
+    bogie, dual = railenv.Bogie(railenv.TABLE_1), railenv.DualWheelset(railenv.TABLE_1)
+    pieces = [
+        *(Piece(f"bogie {i}", computations.critical_speeds, {"model": bogie}) for i in range(3)),
+        *(Piece(f"dual {i}", computations.critical_speeds, {"model": dual}) for i in range(2)),
+        *(Piece(f"loop {i}", closed_loops.evaluation, {"model": bogie}) for i in range(2)),
+    ]
+    names = [piece.name for piece in spread(pieces)]
+    assert names == ["loop 0", "dual 0", "bogie 0", "bogie 1", "bogie 2", "dual 1", "loop 1"]
+    assert spread([]) == []
 
 
 @pytest.mark.parametrize("jobs", [0, -1])
