@@ -47,9 +47,12 @@ def paragraphs(found: Sequence[Evaluation], vehicle: Equipped) -> list[str]:
 
 
 def _highest(found: Sequence[Evaluation], reading: str) -> str:
+    top = found[0].plan.speed_range[1]
     best = max(found, key=lambda e: getattr(e, reading) or 0.0)
-    value = written(getattr(best, reading), best.plan.speed_range[1])
-    return f"{reading} {value} m/s ({best.controller})"
+    value = written(getattr(best, reading), top)
+    # all that print the same: what lies between them means nothing
+    names = [e.controller for e in found if written(getattr(e, reading), top) == value]
+    return f"{reading} {value} m/s ({', '.join(names)})"
 
 
 def _own(found: Sequence[Evaluation]) -> str:

@@ -112,6 +112,17 @@ def test_all_shipped_controllers_are_shown_in_the_order_of_the_leaderboard(store
         assert f"<td>{evaluation.controller}</td>" in text
 
 
+def test_controllers_whose_highest_speed_reads_the_same_are_all_named(stored):
+    section, data = stored
+    rows = [line.strip("| ").split(" | ") for line in markdown(section.evaluations(data)).splitlines()]
+    robust = {name: speed for name, reads, _, _, speed, *_ in rows[2:] if reads == "sensors"}
+    highest = max(robust.values(), key=float)
+    names = [name for name, speed in robust.items() if speed == highest]
+    assert len(names) > 1  # the second mode of the vehicle limits several
+    text = section.text(data).replace("\xa0", " ")
+    assert f"robust {highest} m/s ({', '.join(names)})" in text
+
+
 def test_pushes_are_written_as_what_they_are():
     assert push(150.04, 100.0, 400.0) == "+50.0"
     assert push(90.0, 100.0, 400.0) == "-10.0"
