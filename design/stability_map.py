@@ -350,10 +350,7 @@ def _check(
     cant: float,
 ) -> None:
     """Raise ParameterError where arguments contradict each other."""
-    wanted: Any = quantity
-    if not isinstance(wanted, str) or wanted not in QUANTITIES:
-        allowed = ", ".join(repr(q) for q in QUANTITIES)
-        raise ParameterError(f"quantity is {shown(quantity)}; it must be one of {allowed}")
+    checks.choice("quantity", quantity, list(QUANTITIES))
     checks.curvature(radius)
     checks.cant(cant)
     names = [axis.name for axis in axes]

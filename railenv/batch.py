@@ -56,9 +56,7 @@ class Batch:
         for given in models:
             if not isinstance(given, Model):
                 raise ParameterError(f"models contains {shown(given)}, which is no railenv.Model")
-        precision: Any = dtype
-        if not isinstance(precision, str) or precision not in loader.LANES:
-            raise ParameterError(f"dtype is {shown(dtype)}; it must be 'float64' or 'float32'")
+        checks.choice("dtype", dtype, list(loader.LANES))
         first = models[0]
         if any(model.equations is not first.equations for model in models):
             raise ParameterError("models of a batch must share their equations")

@@ -196,3 +196,11 @@ def known(kind: str, names: Iterable[Any], allowed: Sequence[str]) -> None:
     unknown = [name for name in names if not (isinstance(name, str) and name in allowed)]
     if unknown:
         raise UnknownNameError(kind, unknown, allowed)
+
+
+def choice(name: str, value: Any, allowed: Sequence[str]) -> None:
+    """Raise ParameterError unless a value is one of the texts allowed."""
+    if not (isinstance(value, str) and value in allowed):
+        texts = [repr(text) for text in allowed]
+        listed = " or ".join(filter(None, [", ".join(texts[:-1]), texts[-1]]))
+        raise ParameterError(f"{name} is {shown(value)}; it must be {listed}")

@@ -177,7 +177,7 @@ class _Run:
         return float(self._sampled.min())
 
     def _signal(self, name: str, signal: Signal, times: Array) -> Array:
-        if callable(signal):
+        if callable(signal) and not isinstance(signal, type):  # a class is no function of time
             returned = signal(times)
             try:
                 values = np.broadcast_to(np.asarray(returned, dtype=float), times.shape)

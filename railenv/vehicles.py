@@ -190,10 +190,7 @@ class Vehicle(ParameterRecord):
             raise ParameterError(
                 f"wheelbase_curving is {self.wheelbase_curving!r}; it must be true or false"
             )
-        if self.load_bookkeeping not in get_args(LoadBookkeeping):
-            raise ParameterError(
-                f"load_bookkeeping is {self.load_bookkeeping!r}; it must be 'once' or 'printed'"
-            )
+        checks.choice("load_bookkeeping", self.load_bookkeeping, get_args(LoadBookkeeping))
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with some fields changed.

@@ -63,8 +63,8 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
         **keywords: Any,
     ) -> None:
         num_envs = checks.whole("num_envs", num_envs, high=MOST_ENVIRONMENTS)
-        if render_mode not in (None, "rgb_array"):
-            raise ParameterError(f"render_mode is {render_mode!r}; it must be None or 'rgb_array'")
+        if render_mode is not None:
+            checks.choice("render_mode", render_mode, ["rgb_array"])
         if max_episode_steps is not None:
             checks.whole("max_episode_steps", max_episode_steps)
         self.settings: Settings = settings(self.plant, keywords)

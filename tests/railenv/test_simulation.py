@@ -147,6 +147,8 @@ def test_speed_that_is_not_positive_is_refused(speed):
         ({"inputs": {"M_c": 1.0}}, UnknownNameError, "M_c"),
         ({"inputs": {"M_b": math.nan}}, ParameterError, "M_b is nan"),
         ({"inputs": {"M_b": lambda t: np.nan * t}}, ParameterError, "M_b at 0 s is nan"),
+        ({"speed": object}, ParameterError, "speed is <class 'object'>, which is not a number"),
+        ({"inputs": {"M_b": float}}, ParameterError, "M_b is <class 'float'>, which is not a number"),
         ({"duration": 0.0}, ParameterError, "duration is 0 s"),
         ({"step": -1e-3}, ParameterError, "step is -0.001 s"),
         ({"method": "Euler"}, ParameterError, "method is 'Euler'"),

@@ -4,6 +4,7 @@ import dataclasses
 import math
 import tomllib
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -149,6 +150,7 @@ def test_ends_of_the_range_are_allowed(record, f):
         ({"wheelbase_curving": "false"}, "wheelbase_curving is 'false'"),
         ({"load_bookkeeping": "twice"}, "load_bookkeeping is 'twice'; it must be 'once' or 'printed'"),
         ({"load_bookkeeping": None}, "load_bookkeeping is None"),
+        ({"load_bookkeeping": np.array([1.0, 2.0])}, r"load_bookkeeping is array\(\[1\., 2\.\]\)"),
     ],
 )
 def test_impossible_vehicles_are_refused(change, message):

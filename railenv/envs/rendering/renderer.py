@@ -76,8 +76,7 @@ class Renderer:
     """
 
     def __init__(self, mode: Mode, fps: int, size: tuple[int, int] = (960, 600)) -> None:
-        if mode not in get_args(Mode):
-            raise ParameterError(f"mode is {mode!r}; it must be 'human' or 'rgb_array'")
+        checks.choice("mode", mode, get_args(Mode))
         try:
             import pygame
             import pygame.font
