@@ -30,6 +30,7 @@ _OUTPUT_STEP = 0.005  # s
 _CHUNK = 20_000  # steps whose drive is held in memory at a time
 _MOST_SAMPLES = 10**7  # some gigabytes
 _MOST_STEPS = 10**9  # some minutes
+_EXPLICIT, _IMPLICIT = ("RK23", "RK45", "DOP853"), ("Radau", "BDF", "LSODA")  # of scipy.integrate
 _CONDITIONS = ("speed", "curvature", "cant")
 
 
@@ -75,10 +76,10 @@ def simulate(
     output_step : float, default 0.005
         Interval of the returned samples, s (shortened so that it divides the duration).
     method : str, default "RK4"
-        "RK4" is the classical Runge-Kutta method in the compiled kernel; the name of any method of
-        ``scipy.integrate.solve_ivp`` uses that.
+        "RK4" is the classical Runge-Kutta method in the compiled kernel; "RK23", "RK45", "DOP853",
+        "Radau", "BDF" and "LSODA" are the solvers of :mod:`scipy.integrate`.
     rtol, atol : float
-        Tolerances of ``solve_ivp``; RK4 does not use them.
+        Tolerances of those solvers; RK4 does not use them.
 
     Returns
     -------
@@ -117,12 +118,11 @@ def simulate(
     start = run.initial_state(initial_state, checks.mapping("perturbation", perturbation))
     rows = _count("output_step", output_step, duration, _MOST_SAMPLES)
     times = np.linspace(0.0, duration, rows + 1)
-    if not isinstance(method, str):
-        raise ParameterError(f"method is {shown(method)}; it must be 'RK4' or the name of another")
+    checks.choice("method", method, ["RK4", *_EXPLICIT, *_IMPLICIT])
     if method == "RK4":
         states = _runge_kutta(run, start, times, step)
     else:
-        states = _solve_ivp(run, start, times, method, rtol, atol)
+        states = _by_scipy(run, start, times, method, rtol, atol)
     response = _response(run, times[: len(states)], states)
     if len(states) < len(times):
         raise SimulationError(
@@ -224,13 +224,24 @@ class _Run:
             state[names.index(name)] += checks.number(f"perturbation {name}", value)
         return state
 
+    def natural_step(self, start: Array) -> float:
+        """Return the RK4 time step (s) that the fastest mode about the initial state asks for."""
+        curvature, cant = self.drive(np.zeros(1), 0.0)[0][0, -2:]
+        return natural_step(self.model, start, speed=self.slowest, curvature=curvature, cant=cant)
+
 
 def natural_step(model: Model, state: Array, *, speed: float, curvature: float, cant: float) -> float:
-    """Return the RK4 time step (s) that the fastest mode about a state asks for."""
+    """Return the RK4 time step (s) that the fastest mode about a state asks for.
+
+    Raises
+    ------
+    ParameterError
+        If the forces or their derivatives are not finite there.
+    """
     evaluator = model.evaluator()
     evaluator.set(state, speed, curvature, cant)
     jacobian = evaluator.jacobian()[:, : model.n_states]
-    if not np.isfinite(jacobian).all():
+    if not (np.isfinite(jacobian).all() and np.isfinite(evaluator.rhs()).all()):
         raise ParameterError(f"state is {shown(state)}; forces of {model.name} are not finite there")
     fastest = np.abs(np.linalg.eigvals(jacobian)).max()
     return STEP_PER_MODE / max(float(fastest), 1e-6)
@@ -241,8 +252,7 @@ def _runge_kutta(run: _Run, start: Array, times: Array, step: float | None) -> A
     interval = float(times[1] - times[0])
     first = run.drive(np.zeros(1), 0.0)[0]
     if step is None:
-        curvature, cant = first[0, -2:]
-        step = natural_step(model, start, speed=run.slowest, curvature=curvature, cant=cant)
+        step = run.natural_step(start)
     else:
         step = checks.number("step", step, low=0.0, open_low=True, unit="s")
     _count("step", step, float(times[-1]), _MOST_STEPS)
@@ -272,12 +282,13 @@ def _runge_kutta(run: _Run, start: Array, times: Array, step: float | None) -> A
     return np.concatenate(chunks)
 
 
-def _solve_ivp(run: _Run, start: Array, times: Array, method: str, rtol: float, atol: float) -> Array:
+def _by_scipy(run: _Run, start: Array, times: Array, method: str, rtol: float, atol: float) -> Array:
     from scipy import integrate
 
     model, m = run.model, run.model.n_inputs
     rtol = checks.number("rtol", rtol, low=0.0, open_low=True)
     atol = checks.number("atol", atol, low=0.0, open_low=True)
+    run.natural_step(start)  # solvers do not end where forces are infinite from the start
     evaluator = model.evaluator()
     grid = np.linspace(0.0, times[-1], max(2001, 20 * len(times)))
     distance = integrate.cumulative_trapezoid(run._signal("speed", run.speed, grid), grid, initial=0.0)
@@ -293,29 +304,32 @@ def _solve_ivp(run: _Run, start: Array, times: Array, method: str, rtol: float, 
 
     def jacobian(t: float, x: Array) -> Array:
         set_evaluator(t, x)
-        return evaluator.jacobian()[:, : model.n_states]
+        found = evaluator.jacobian()[:, : model.n_states]
+        if not np.isfinite(found).all():
+            raise _NotFiniteError
+        return found
 
-    implicit: Any = {"jac": jacobian} if method in ("Radau", "BDF", "LSODA") else {}
-    try:
-        solution = integrate.solve_ivp(
-            f,
-            (0.0, times[-1]),
-            start,
-            method=method,
-            t_eval=times,
-            rtol=rtol,
-            atol=atol,
-            **implicit,
-        )
-    except ValueError as error:
-        if "method" not in str(error):
-            raise
-        raise ParameterError(
-            f"method is {shown(method)}; it must be 'RK4' or a method of scipy.integrate.solve_ivp"
-        ) from None
-    states = solution.y.T
-    finite = np.isfinite(states).all(axis=1)
-    return states if finite.all() else states[: int(np.argmin(finite))]
+    implicit: Any = {"jac": jacobian} if method in _IMPLICIT else {}
+    solver = getattr(integrate, method)(f, 0.0, start, times[-1], rtol=rtol, atol=atol, **implicit)
+    chunks, done = [start[None, :]], 1
+    while solver.status == "running":
+        before = solver.t
+        try:
+            solver.step()
+        except _NotFiniteError:
+            break
+        # LSODA reports success without getting on where the motion grows beyond all bounds
+        if solver.status == "failed" or solver.t == before or not np.isfinite(solver.y).all():
+            break
+        reached = int(np.searchsorted(times, solver.t, side="right"))
+        if reached > done:
+            chunks.append(solver.dense_output()(times[done:reached]).T)
+            done = reached
+    return np.concatenate(chunks)
+
+
+class _NotFiniteError(Exception):
+    """Derivatives are infinite, which solvers cannot work with."""
 
 
 def _response(run: _Run, times: Array, states: Array) -> control.TimeResponseData:

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis.strategies import SearchStrategy
 
 from railenv.errors import RailenvError
@@ -81,15 +81,15 @@ class Tally:
         return self.outcomes.total()
 
 
-def run(area: Area, count: int) -> Tally:
-    """Run an area over about ``count`` examples, always the same ones."""
+def run(area: Area, count: int, number: int = 0) -> Tally:
+    """Run an area over about ``count`` examples, always the same ones for a number of the seed."""
     tally = Tally()
 
+    @seed(number)
     @settings(
         max_examples=count,
         deadline=None,
         database=None,
-        derandomize=True,
         suppress_health_check=list(HealthCheck),
         phases=[Phase.generate],
     )

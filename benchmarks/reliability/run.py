@@ -51,11 +51,11 @@ class Job:
 _LENGTHS, _CHANGES = 10_000, 2000  # of damaged files: every length of small ones, random changes
 
 
-def fuzzed(share: float) -> Iterator[Job]:
+def fuzzed(share: float, seed: int) -> Iterator[Job]:
     """Name every area, and run it over a share of its examples."""
     for area in AREAS:
         count = max(1, round(share * area.count))
-        yield Job("fuzz", area.name, partial(_tallied, partial(fuzz.run, area, count)))
+        yield Job("fuzz", area.name, partial(_tallied, partial(fuzz.run, area, count, seed)))
 
 
 def damages(share: float) -> Iterator[Job]:
@@ -89,6 +89,7 @@ def _plain(measure: Callable[[], Any]) -> dict[str, Any]:
 def main(
     out: Annotated[Path, typer.Option(help="File to write to.")] = DOCS / "reliability.json",
     share: Annotated[float, typer.Option(help="Share of examples and of the hour to run.")] = 1.0,
+    seed: Annotated[int, typer.Option(help="Of the random examples.")] = 0,
     only: Annotated[
         list[str] | None,
         typer.Option(help="Measure only these, by part or name, and keep the rest of the file."),
@@ -99,7 +100,7 @@ def main(
     warnings.simplefilter("ignore", hypothesis.errors.HypothesisWarning)
     kept = json.loads(out.read_text(encoding="utf-8"))["measured"] if only else []
     measured: list[dict[str, Any]] = []
-    for job in (*fuzzed(share), *damages(share), *measurements(share)):
+    for job in (*fuzzed(share, seed), *damages(share), *measurements(share)):
         if only and not {job.part, job.name} & set(only):
             measured += [row for row in kept if (row["part"], row["name"]) == (job.part, job.name)]
             continue

@@ -21,7 +21,7 @@ from sympy.core.parameters import distribute
 
 from railenv.equations import functions
 from railenv.equations.symbolic import WherePositive
-from railenv.errors import EquationError, ParameterError, RailenvError, UnknownNameError
+from railenv.errors import EquationError, ParameterError, RailenvError, UnknownNameError, shown
 
 CONDITIONS = ("speed", "curvature", "cant")
 
@@ -174,7 +174,7 @@ def _compilable(value: Any, label: str, known: set[sympy.Symbol]) -> sympy.Expr:
     except sympy.SympifyError:
         expression = None
     if not isinstance(expression, sympy.Expr):
-        raise EquationError(f"the {label} is {value!r}; it must be a number or an expression")
+        raise EquationError(f"the {label} is {shown(value)}; it must be a number or an expression")
     for node in sympy.preorder_traversal(expression):
         if node.is_Symbol:
             allowed = node in known
@@ -190,13 +190,20 @@ def _compilable(value: Any, label: str, known: set[sympy.Symbol]) -> sympy.Expr:
             )
         if not allowed:
             raise EquationError(
-                f"the {label} contains {node!s:.60}, which cannot be compiled; {_ADVICE}"
+                f"the {label} contains {_text(node)}, which cannot be compiled; {_ADVICE}"
             )
         if node.is_Pow and node.exp.free_symbols:
-            raise EquationError(f"the {label} contains {node!s:.60}, whose exponent varies; {_ADVICE}")
+            raise EquationError(f"the {label} contains {_text(node)}, whose exponent varies; {_ADVICE}")
     constants = {c: sympy.Float(float(c)) for c in expression.atoms(sympy.NumberSymbol)}
     expression = expression.xreplace(constants)
     return expression.replace(sympy.Abs, lambda e: WherePositive(e, e, -e))
+
+
+def _text(node: sympy.Basic) -> str:
+    try:
+        return f"{node!s:.60}"
+    except ValueError:  # Python writes no integers of more than 4300 digits
+        return "a number with too many digits"
 
 
 def _is_float(number: sympy.Expr) -> bool:

@@ -385,6 +385,7 @@ def test_functions_that_cannot_be_compiled_are_named(function):
         (lambda x, v, p: x**v, r"contains x\*\*speed, whose exponent varies"),
         (lambda x, v, p: x * math.nan, "contains nan"),
         (lambda x, v, p: x / 0, "contains zoo"),
+        (lambda x, v, p: x * 2**2**2**2**2, "contains a number with too many digits"),
         (lambda x, v, p: 1j * x, "contains I"),
         (lambda x, v, p: x * sympy.Symbol("other"), "contains other"),
         (lambda x, v, p: None, "is None; it must be a number or an expression"),
