@@ -30,6 +30,7 @@ _OUTPUT_STEP = 0.005  # s
 _CHUNK = 20_000  # steps whose drive is held in memory at a time
 _MOST_SAMPLES = 10**7  # some gigabytes
 _MOST_STEPS = 10**9  # some minutes
+_STIFFEST = 10**15  # such steps are more than a duration has floats for
 _EXPLICIT, _IMPLICIT = ("RK23", "RK45", "DOP853"), ("Radau", "BDF", "LSODA")  # of scipy.integrate
 _CONDITIONS = ("speed", "curvature", "cant")
 
@@ -224,10 +225,18 @@ class _Run:
             state[names.index(name)] += checks.number(f"perturbation {name}", value)
         return state
 
-    def natural_step(self, start: Array) -> float:
-        """Return the RK4 time step (s) that the fastest mode about the initial state asks for."""
+    def natural_step(self, start: Array, most: int = _MOST_STEPS) -> float:
+        """Return the RK4 time step (s) that the fastest mode about the initial state asks for.
+
+        Raises
+        ------
+        ParameterError
+            If forces are not finite there, or the duration has more than ``most`` of these steps.
+        """
         curvature, cant = self.drive(np.zeros(1), 0.0)[0][0, -2:]
-        return natural_step(self.model, start, speed=self.slowest, curvature=curvature, cant=cant)
+        step = natural_step(self.model, start, speed=self.slowest, curvature=curvature, cant=cant)
+        _count("the step that the fastest mode asks for", step, self.duration, most)
+        return step
 
 
 def natural_step(model: Model, state: Array, *, speed: float, curvature: float, cant: float) -> float:
@@ -255,7 +264,7 @@ def _runge_kutta(run: _Run, start: Array, times: Array, step: float | None) -> A
         step = run.natural_step(start)
     else:
         step = checks.number("step", step, low=0.0, open_low=True, unit="s")
-    _count("step", step, float(times[-1]), _MOST_STEPS)
+        _count("step", step, run.duration, _MOST_STEPS)
     stride = _count("step", step, interval, _MOST_STEPS)
     kernels = model.kernels()
     layout = kernels.LAYOUT
@@ -288,7 +297,8 @@ def _by_scipy(run: _Run, start: Array, times: Array, method: str, rtol: float, a
     model, m = run.model, run.model.n_inputs
     rtol = checks.number("rtol", rtol, low=0.0, open_low=True)
     atol = checks.number("atol", atol, low=0.0, open_low=True)
-    run.natural_step(start)  # solvers do not end where forces are infinite from the start
+    # without these checks solvers do not end: forces may be infinite, or modes too fast to follow
+    run.natural_step(start, _MOST_STEPS if method in _EXPLICIT else _STIFFEST)
     evaluator = model.evaluator()
     grid = np.linspace(0.0, times[-1], max(2001, 20 * len(times)))
     distance = integrate.cumulative_trapezoid(run._signal("speed", run.speed, grid), grid, initial=0.0)

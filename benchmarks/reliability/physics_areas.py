@@ -394,7 +394,7 @@ def _runs(draw: Any) -> tuple[Any, dict[str, Any]]:
                         st.sampled_from([lambda t: 30.0 + t, lambda t: 0.0 * t, lambda t: t[:3], len]),
                     ),
                 ),
-                "duration": rarely(st.floats(1e-3, 0.05), ANYTHING),
+                "duration": rarely(st.floats(1e-3, 0.05), ANYTHING.filter(_not_long)),
             },
             optional=optional,
         )
