@@ -78,7 +78,7 @@ def simulate(
         Interval of the returned samples, s (shortened so that it divides the duration).
     method : str, default "RK4"
         "RK4" is the classical Runge-Kutta method in the compiled kernel; "RK23", "RK45", "DOP853",
-        "Radau", "BDF" and "LSODA" are the solvers of :mod:`scipy.integrate`.
+        "Radau", "BDF" and "LSODA" are the solvers of ``scipy.integrate``.
     rtol, atol : float
         Tolerances of those solvers; RK4 does not use them.
 
