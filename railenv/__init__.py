@@ -8,7 +8,7 @@ use, not on import.
 """
 
 from railenv.equilibrium import Equilibrium, find_equilibrium
-from railenv.equipment import Actuator, Equipped, Sensors
+from railenv.equipment import Actuator, Equipped, LateralActuator, Sensors, YawActuator
 from railenv.errors import (
     EquationError,
     EquilibriumError,
@@ -18,7 +18,7 @@ from railenv.errors import (
     SimulationError,
     UnknownNameError,
 )
-from railenv.models import Bogie, CooperriderBogie, DualWheelset, Model
+from railenv.models import Assembled, Bogie, CooperriderBogie, DualWheelset, Model
 from railenv.simulation import simulate
 from railenv.track import Track
 from railenv.vehicles import (
@@ -30,6 +30,8 @@ from railenv.vehicles import (
     CooperriderParameters,
     Vehicle,
 )
+from railenv.vehicles.assembly import Assembly
+from railenv.vehicles.declared import MovingBody
 
 __version__ = "0.1.0"
 
@@ -40,6 +42,8 @@ __all__ = [
     "TABLE_1",
     "TABLE_1_PRINTED_LOADS",
     "Actuator",
+    "Assembled",
+    "Assembly",
     "Bogie",
     "CooperriderBogie",
     "CooperriderParameters",
@@ -48,8 +52,10 @@ __all__ = [
     "Equilibrium",
     "EquilibriumError",
     "Equipped",
+    "LateralActuator",
     "MissingPackageError",
     "Model",
+    "MovingBody",
     "ParameterError",
     "RailenvError",
     "Sensors",
@@ -57,6 +63,7 @@ __all__ = [
     "Track",
     "UnknownNameError",
     "Vehicle",
+    "YawActuator",
     "find_equilibrium",
     "simulate",
 ]

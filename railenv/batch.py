@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from railenv import checks
 from railenv.errors import ParameterError, shown
 from railenv.kernels import loader
-from railenv.models import Model
+from railenv.model import Model
 
 PARALLEL_FROM = 64
 """Number of systems from which several threads pay."""
@@ -58,14 +58,8 @@ class Batch:
                 raise ParameterError(f"models contains {shown(given)}, which is no railenv.Model")
         checks.choice("dtype", dtype, list(loader.LANES))
         first = models[0]
-        if any(model.equations is not first.equations for model in models):
+        if any(model.structure != first.structure for model in models):
             raise ParameterError("models of a batch must share their equations")
-        for model in models:
-            if tuple(model.parameters) != tuple(first.parameters):
-                raise ParameterError(
-                    "models of a batch must have the same parameters in the same order: "
-                    f"{', '.join(first.parameters)}"
-                )
         self._model = first
         self.n = len(models)
         self._names = (first.state_names, first.input_names, ("speed", "curvature", "cant"))

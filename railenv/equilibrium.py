@@ -18,7 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from railenv import checks
 from railenv.errors import EquilibriumError, ParameterError
-from railenv.models import Evaluator, Model
+from railenv.evaluator import Evaluator
+from railenv.model import Model
 
 Array = NDArray[np.float64]
 

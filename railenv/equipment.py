@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
-from typing import Any, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from railenv import checks
-from railenv.equations.coordinates import Running, bodies
-from railenv.equations.equipped import EQUIPMENT
+from railenv import checks, mounting
+from railenv.equations.coordinates import Running
+from railenv.equations.equipped import Equipment, Mount
 from railenv.equations.sensors import inertial_yaw_rate, specific_force
 from railenv.errors import ParameterError, shown
-from railenv.kernels import loader
-from railenv.models import Bogie, DualWheelset, Model
-from railenv.vehicles import ParameterRecord, quantity
+from railenv.kernels import store
+from railenv.model import Model
+from railenv.mounting import PLACES, Place
+from railenv.vehicles.guided import Guided
+from railenv.vehicles.records import ParameterRecord, quantity
 
-Place = Literal["none", "secondary", "primary"]
-PLACES = ("none", "secondary", "primary")
+__all__ = ["PLACES", "Actuator", "Equipped", "LateralActuator", "Place", "Sensors", "YawActuator"]
 
 _SOURCE = "railway practice"
 _COMPLEX_STEP = 1e-30
@@ -33,9 +36,9 @@ def _positive(symbol: str, unit: str, meaning: str, **bounds: float) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class Actuator(ParameterRecord):
-    """Actuated yaw damper: two longitudinal actuators with a force limit, a lag and a delay.
+    """Actuated damper: a limit, a lag and a delay; as a yaw damper two longitudinal actuators.
 
-    ``Actuator.secondary()`` and ``Actuator.primary()`` have realistic numbers; change them with
+    Limits of a lateral actuator are in N instead of N m. ``Actuator.secondary()`` and ``Actuator.primary()`` have realistic numbers; change them with
     ``replace``.
 
     Raises
@@ -100,7 +103,7 @@ class Actuator(ParameterRecord):
 
 @dataclass(frozen=True, kw_only=True)
 class Sensors(ParameterRecord):
-    """Lateral accelerometer and yaw gyro on the bogie frame (of a dual wheelset: on both axles).
+    """Lateral accelerometer and yaw gyro on a body: the frame, unless :class:`Equipped` is told others.
 
     Raises
     ------
@@ -155,102 +158,323 @@ class Sensors(ParameterRecord):
         }
 
 
-class Equipped(Model):
-    """A bogie or dual wheelset with actuators and sensors, whose states join the plant's own.
+@dataclass(frozen=True, kw_only=True)
+class YawActuator:
+    """A yaw moment on the first body, with its reaction on the second (or the ground).
 
-    States are the plant's, then moment and rate of each actuator (``T_b, dT_b``), then the filtered
-    readings of each sensor (``accel_b, gyro_b``). Inputs are the commanded moments (``command_b``,
-    N m), then the plant's own. The transport delay is not part of the equations.
+    Attributes
+    ----------
+    between : (str, str)
+        Bodies, or a body and ``"ground"``.
+    actuator : Actuator
+    name : str
+        Of its states and its command; that of the first body when left out.
+    """
+
+    between: tuple[str, str]
+    actuator: Actuator = dataclasses.field(default_factory=Actuator.secondary)
+    name: str = ""
+
+    acts: ClassVar[Literal["yaw", "lateral"]] = "yaw"
+
+    def __post_init__(self) -> None:
+        between: Any = self.between
+        pair = tuple(between) if isinstance(between, (tuple, list)) else ()
+        if len(pair) != 2 or pair[0] == pair[1] or not all(isinstance(b, str) for b in pair):
+            raise ParameterError(f"between is {shown(between)}; it must be the names of two bodies")
+        object.__setattr__(self, "between", pair)
+        object.__setattr__(self, "name", self.name or pair[0])
+        if not str(self.name).isidentifier():
+            raise ParameterError(f"name of an actuator is {shown(self.name)}; it must be a word")
+        if not isinstance(self.actuator, Actuator):
+            raise ParameterError(f"actuator is {shown(self.actuator)}; it must be a railenv.Actuator")
+
+
+@dataclass(frozen=True, kw_only=True)
+class LateralActuator(YawActuator):
+    """A lateral force on the first body, with its reaction on the second (or the ground).
+
+    Attributes
+    ----------
+    between, actuator, name
+        As of :class:`YawActuator`; the actuator's moments are forces (N), its arm is not used.
+    x, z : float
+        Where it acts, m, in the coordinates of the vehicle.
+    """
+
+    x: float = 0.0
+    z: float = 0.0
+
+    acts = "lateral"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for place in ("x", "z"):
+            value = checks.number(f"{place} of {self.name}", getattr(self, place), unit="m")
+            object.__setattr__(self, place, value)
+
+
+class Equipped(Model):
+    """A model with actuators and sensors, whose states join the plant's own.
+
+    States are the plant's, then what each actuator develops and its rate (``T_b, dT_b``; of a lateral
+    one ``F_..., dF_...``), then the filtered readings of each sensor (``accel_b, gyro_b``). Inputs are
+    the commands (``command_b``, N m or N), then the plant's own. The transport delay is not part of the
+    equations.
 
     Parameters
     ----------
-    plant : Bogie or DualWheelset
-    place : {"none", "secondary", "primary"}
-        Where the actuators are: between frame and body (bogie only), or between wheelsets and frame.
+    plant : Model
+        Any assembly, such as a Bogie, or equations of your own with ``bodies``.
+    place : {"secondary", "primary", "both", "none"}, optional
+        The usual yaw actuators: between frames and what is above them, between wheelsets and frames,
+        or both. "secondary" when left out, unless ``actuators`` are given.
     actuator : Actuator, optional
-        ``Actuator.secondary()`` or ``Actuator.primary()`` when left out.
+        Of those; ``Actuator.secondary()`` or ``Actuator.primary()`` when left out.
     sensors : Sensors, optional
         ``Sensors.standard()`` when left out.
+    actuators : sequence of YawActuator and LateralActuator, optional
+        Instead of a place: any number, between any two bodies. All must have the same delay.
+    sensed : sequence of str, optional
+        Bodies that carry sensors; the frames when left out, or the wheelsets where no frame moves.
 
     Raises
     ------
     ParameterError
         If the plant cannot carry actuators at that place.
-    """
+    UnknownNameError
+        If there is no such body.
 
-    _shipped = True
+    Examples
+    --------
+    >>> import railenv
+    >>> coach = railenv.Bogie(railenv.HIGH_SPEED_COACH)
+    >>> railenv.Equipped(coach, "both").command_names
+    ('command_w1', 'command_w2', 'command_b')
+    """
 
     def __init__(
         self,
-        plant: Bogie | DualWheelset,
-        place: Place = "secondary",
+        plant: Model,
+        place: Place | None = None,
         actuator: Actuator | None = None,
         sensors: Sensors | None = None,
+        *,
+        actuators: Sequence[YawActuator] | None = None,
+        sensed: Sequence[str] | None = None,
     ) -> None:
-        if not isinstance(plant, (Bogie, DualWheelset)):
-            raise ParameterError(f"plant is {plant!r}; it must be a Bogie or a DualWheelset")
-        chosen: Any = place
-        if not isinstance(chosen, str) or (plant.name, chosen) not in EQUIPMENT:
-            allowed = [repr(p) for p in PLACES if (plant.name, p) in EQUIPMENT]
+        if not isinstance(plant, Model) or isinstance(plant, Equipped):
+            raise ParameterError(f"plant is {plant!r}; it must be a railenv.Model without equipment")
+        if not plant.body_names:
             raise ParameterError(
-                f"place is {shown(place)}; actuators of a {plant.name} are at {', '.join(allowed)}"
+                f"{plant.name} does not say which of its states are whose motion; give its `bodies` "
+                "(railenv.MovingBody)"
             )
-        default = Actuator.primary() if place == "primary" else Actuator.secondary()
         self.plant = plant
-        self.place = place
-        self.actuator = default if actuator is None else actuator
         self.sensors = Sensors.standard() if sensors is None else sensors
-        self.equipment = EQUIPMENT[plant.name, place]
-        for name, value, kind in (
-            ("actuator", self.actuator, Actuator),
-            ("sensors", self.sensors, Sensors),
-        ):
-            if not isinstance(value, kind):
-                raise ParameterError(f"{name} is {value!r}; it must be a railenv.{kind.__name__}")
-        extra = len(self.equipment.state_names) - plant.n_states
-        self._assemble(
-            f"{plant.name}_{place}",
+        if not isinstance(self.sensors, Sensors):
+            raise ParameterError(f"sensors is {self.sensors!r}; it must be a railenv.Sensors")
+        if actuator is not None and not isinstance(actuator, Actuator):
+            raise ParameterError(f"actuator is {actuator!r}; it must be a railenv.Actuator")
+        if actuators is None:
+            chosen = mounting.usual(plant, "secondary" if place is None else place)
+            self.place: str = "secondary" if place is None else place
+            groups = {
+                group: actuator or getattr(Actuator, kind)() for group, kind in chosen.groups.items()
+            }
+            mounts, extra = chosen.mounts, {}
+        else:
+            if place is not None or actuator is not None:
+                raise ParameterError(
+                    "actuators are given, and place or actuator as well; give either them or these"
+                )
+            self.place = "custom"
+            mounts, groups, extra = _mounted(plant, actuators)
+        self._equip(mounts, groups, extra, mounting.sensed_bodies(plant, sensed))
+
+    def _equip(
+        self,
+        mounts: Sequence[Mount],
+        groups: Mapping[str, Actuator],
+        extra: Mapping[str, float],
+        sensed: tuple[str, ...],
+    ) -> None:
+        plant = self.plant
+        self.groups = dict(groups)
+        self._places = dict(extra)
+        delays = {a.delay for a in self.groups.values()}
+        if len(delays) > 1:
+            raise ParameterError(
+                f"delays of the actuators are {', '.join(f'{d:g}' for d in sorted(delays))} s; they must "
+                "be the same"
+            )
+        lateral = mounting.lateral_rates(plant, sensed)
+        wheelsets = mounting.wheelsets_with_forces(plant)
+        self.equipment = Equipment(
+            plant.equations,
+            plant.state_names,
+            plant.input_names,
+            wheelsets,
+            tuple(mounts),
+            sensed,
+            lateral,
+        )
+        own = {
+            group + name: value
+            for group, a in self.groups.items()
+            for name, value in a.parameters().items()
+        }
+        taken = {*plant.parameters, *plant.tables} & {*own, *extra, *self.sensors.parameters()}
+        if taken:
+            raise ParameterError(
+                f"{plant.name} has parameters {', '.join(sorted(taken))}, which its equipment needs; "
+                "rename them"
+            )
+        count = len(self.equipment.state_names) - plant.n_states
+        self._set(
+            f"{plant.name}_{self.place}",
             self.equipment.state_names,
             self.equipment.input_names,
-            self.equipment.equations,
-            {**plant.parameters, **self.actuator.parameters(), **self.sensors.parameters()},
+            self.equipment,
+            {**plant.parameters, **own, **extra, **self.sensors.parameters()},
             [*plant.scale, *self._scales()],
-            [*plant.guess, *[0.0] * extra],
-            loader.shipped_source(f"{plant.name}_{place}"),
+            [*plant.guess, *[0.0] * count],
+            plant.tables,
         )
-        self._attributes = SimpleNamespace(**self.parameters)
+        self._attributes = SimpleNamespace(**self.parameters, **self.tables)
+
+    @property
+    def structure(self) -> str:
+        """What the model is made of, but the numbers."""
+        e = self.equipment
+        mounts = [(m.name, m.between, m.acts, m.group) for m in e.mounts]
+        return f"{self.plant.structure} equipped {mounts} {e.sensed} {list(self.parameters)}"
+
+    @property
+    def _source(self) -> str:
+        return store.source_of(store.Recipe(self.structure, self._write))
+
+    @property
+    def _signals(self) -> Any:
+        return self.equipment.signals
+
+    @property
+    def _constants(self) -> dict[str, Any]:
+        """What the control steps of environments need to know (``kernels/environment``)."""
+        e, x, u = self.equipment, self.state_names.index, self.input_names.index
+        return {
+            "N_ACTUATORS": len(e.mounts),
+            "N_SENSED": len(e.sensed),
+            "N_FORCES": len(e.wheelsets),
+            "GUIDED": tuple((x(g.y), x(g.psi), x(g.dy)) for g in self.guided),
+            "RAILS": tuple(tuple(map(u, g.rails)) or (-1, -1, -1) for g in self.guided),
+        }
 
     def _scales(self) -> list[float]:
         """Return typical magnitudes of the actuators' and sensors' states."""
-        omega = 2.0 * math.pi * self.actuator.bandwidth
-        actuators = [1e-2 * self.actuator.limit, 1e-2 * self.actuator.limit * omega]
-        return actuators * len(self.equipment.actuated) + [0.1, 1e-2] * len(self.equipment.sensed)
+        found = []
+        for mount in self.equipment.mounts:
+            a = self.groups[mount.group]
+            found += [1e-2 * a.limit, 1e-2 * a.limit * 2.0 * math.pi * a.bandwidth]
+        return [*found, *[0.1, 1e-2] * len(self.equipment.sensed)]
+
+    # ---------------------------------------------------------------- what there is
+
+    @property
+    def actuator(self) -> Actuator:
+        """The actuators' numbers, where all share them.
+
+        Raises
+        ------
+        ParameterError
+            If there are several kinds; see :attr:`groups`.
+        """
+        kinds = list(self.groups.values())
+        if len(kinds) != 1:
+            raise ParameterError(
+                f"{self.name} has {len(kinds)} kinds of actuators; `groups` has each by its prefix"
+            )
+        return kinds[0]
+
+    @property
+    def delay(self) -> float:
+        """Transport delay (s) of all commands."""
+        return next((a.delay for a in self.groups.values()), 0.0)
+
+    @property
+    def limits(self) -> NDArray[np.float64]:
+        """Largest moment (N m) or force (N) of each actuator."""
+        return np.array([self.groups[m.group].limit for m in self.equipment.mounts])
+
+    @property
+    def sensed(self) -> tuple[str, ...]:
+        """Bodies that carry sensors."""
+        return self.equipment.sensed
+
+    @property
+    def body_names(self) -> tuple[str, ...]:
+        """Names of the bodies that move."""
+        return self.plant.body_names
+
+    @property
+    def guided(self) -> tuple[Guided, ...]:
+        """The wheelsets."""
+        return self.plant.guided
+
+    @property
+    def gravity(self) -> float:
+        """Acceleration due to gravity, m/s^2."""
+        return self.plant.gravity
+
+    @property
+    def lateral_states(self) -> tuple[str, ...]:
+        """States that are lateral displacements of bodies."""
+        return self.plant.lateral_states
+
+    @property
+    def axle_load(self) -> float:
+        """Load (N) that one wheelset brings on the rails at rest."""
+        return self.plant.axle_load
+
+    def with_plant(self, plant: Model) -> Self:
+        """Return another plant of the same structure with this equipment."""
+        model = copy.copy(self)
+        model.plant = plant
+        e = self.equipment
+        model._equip(e.mounts, self.groups, self._places, e.sensed)
+        return model
 
     def replace(self, **changes: Any) -> Self:
-        """Return the same model with some fields of its vehicle, actuator or sensors changed.
+        """Return the same model with some numbers of its plant, actuators or sensors changed.
+
+        Numbers of the actuators have their fields' names, behind the group's prefix where there are
+        several kinds (``primary_limit``).
 
         Raises
         ------
         UnknownNameError
-            If a name is a field of none of them.
+            If a name belongs to none of them.
         """
-        fields = [f.name for f in dataclasses.fields(self.plant.vehicle)]
-        checks.known("parameter", changes, [*dict.fromkeys([*fields, *self.variable_names])])
-        of_actuator = {f.name for f in dataclasses.fields(self.actuator)} & set(changes)
-        of_sensors = {f.name for f in dataclasses.fields(self.sensors)} & set(changes)
-        rest = {n: v for n, v in changes.items() if n not in of_actuator | of_sensors}
-        return type(self)(
-            self.plant.replace(**rest) if rest else self.plant,
-            self.place,
-            self.actuator.replace(**{n: changes[n] for n in of_actuator}),
-            self.sensors.replace(**{n: changes[n] for n in of_sensors}),
-        )
+        fields = getattr(self.plant, "vehicle", None)
+        further = [f.name for f in dataclasses.fields(fields)] if fields is not None else []
+        checks.known("parameter", changes, [*dict.fromkeys([*further, *self.variable_names])])
+        model, rest = copy.copy(self), dict(changes)
+        groups = {}
+        for group, a in self.groups.items():
+            own = {f: rest.pop(group + f) for f in _names(a) if group + f in rest}
+            groups[group] = a.replace(**own)
+        places = {n: checks.number(n, rest.pop(n, v), unit="m") for n, v in self._places.items()}
+        of_sensors = {f: rest.pop(f) for f in _names(self.sensors) if f in rest}
+        model.sensors = self.sensors.replace(**of_sensors)
+        model.plant = self.plant.replace(**rest) if rest else self.plant
+        model._equip(self.equipment.mounts, groups, places, self.equipment.sensed)
+        return model
 
     @property
     def variable_names(self) -> tuple[str, ...]:
-        """What :meth:`replace` changes: quantities of the vehicle, the actuator and the sensors."""
-        extra = (f.name for r in (self.actuator, self.sensors) for f in dataclasses.fields(r))
-        return (*self.plant.variable_names, *extra)
+        """What :meth:`replace` changes: quantities of the plant, the actuators and the sensors."""
+        own = (group + f for group, a in self.groups.items() for f in _names(a))
+        return (*self.plant.variable_names, *own, *self._places, *_names(self.sensors))
 
     @property
     def command_names(self) -> tuple[str, ...]:
@@ -333,10 +557,39 @@ class Equipped(Model):
         """
         state = np.concatenate([plant_state, np.zeros(self.n_states - self.plant.n_states)])
         names = self.state_names
-        run, p = Running(speed, curvature, cant), self._attributes
-        motions = dict(zip(self.equipment.body_names, bodies(plant_state.tolist()), strict=True))
+        run = Running(speed, curvature, cant)
+        motions = self.plant.equations.motions(plant_state.tolist())
         for body in self.equipment.sensed:
-            force = specific_force(0.0, motions[body], run, p)
+            force = specific_force(0.0, motions[body], run, self.gravity)
             state[names.index(f"accel_{body}")] = force
             state[names.index(f"gyro_{body}")] = inertial_yaw_rate(motions[body], run)
         return state
+
+
+def _names(record: ParameterRecord) -> list[str]:
+    return [f.name for f in dataclasses.fields(record)]
+
+
+def _mounted(
+    plant: Model, actuators: Sequence[YawActuator]
+) -> tuple[list[Mount], dict[str, Actuator], dict[str, float]]:
+    """Return mounts, kinds of actuators by prefix, and places of actuators given one by one."""
+    given = list(actuators)
+    wrong: list[Any] = [a for a in given if not isinstance(a, YawActuator)]
+    if wrong:
+        raise ParameterError(
+            f"actuators has {shown(wrong[0])}; it may have railenv.YawActuator and LateralActuator"
+        )
+    names = [a.name for a in given]
+    if len(set(names)) < len(names):
+        raise ParameterError(f"actuators are named {', '.join(names)}; names must differ")
+    alike = len({a.actuator for a in given}) == 1
+    mounts, groups, places = [], {}, {}
+    for a in given:
+        group = "" if alike else f"{a.name}_"
+        groups[group] = a.actuator
+        mounts.append(Mount(a.name, a.between, a.acts, group))
+        mounting.check(plant, a.between, a.acts, a.name)
+        if isinstance(a, LateralActuator):
+            places |= {f"{a.name}_x": a.x, f"{a.name}_z": a.z}
+    return mounts, groups, places

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from railenv import checks
 from railenv.equilibrium import find_equilibrium
 from railenv.errors import ParameterError, SimulationError, shown
-from railenv.models import Model
+from railenv.model import Model
 from railenv.track import Track
 
 if TYPE_CHECKING:

@@ -42,7 +42,8 @@ class Recorder:
         if self._mode is None:
             return
         state = self._fleet.state(self._env)
-        self._past.append((self._time, state[[0, 4]], np.clip(np.array(action), -1.0, 1.0)))
+        lateral = [self._fleet.model.state_names.index(g.y) for g in self._fleet.model.guided]
+        self._past.append((self._time, state[lateral], np.clip(np.array(action), -1.0, 1.0)))
 
     @property
     def _time(self) -> float:
@@ -56,29 +57,37 @@ class Recorder:
         episode = fleet.episodes[i]
         assert episode is not None
         speed, curvature, cant = fleet.conditions(i)
-        n = fleet.model.plant.n_states // 2
         history = History.empty(fleet.n_actuators)
         if self._past:
             times, displacements, actions = zip(*self._past, strict=True)
             history = History(np.array(times), np.array(displacements), np.array(actions))
         reason = REASONS[int(fleet.terms[i, 6])]
-        vehicle = episode.vehicle
+        guided = episode.plant.guided
+        first = guided[0]
         return Scene(
             time=self._time,
             speed=speed,
             curvature=curvature,
             cant=cant,
             critical_speed=fleet.settings.critical_speed,
-            bodies=fleet.state(i)[:n].reshape(-1, 4),
-            equilibrium=fleet.equilibrium(i)[:n].reshape(-1, 4),
+            bodies=self._poses(fleet.state(i)[: episode.plant.n_states]),
+            equilibrium=self._poses(fleet.equilibrium(i)),
             rail=fleet.rails(i),
-            half_gauge=vehicle.half_gauge,
-            half_wheelbase=vehicle.half_wheelbase,
-            wheel_radius=vehicle.wheel_radius,
-            flange_clearance=vehicle.flange_clearance,
+            half_gauge=first.half_gauge,
+            half_wheelbase=0.5 * (max(g.x for g in guided) - min(g.x for g in guided)),
+            wheel_radius=first.wheel_radius,
+            flange_clearance=first.clearance,
             history=history,
             derailed=reason or None,
         )
+
+    def _poses(self, state: NDArray[np.float64]) -> NDArray[np.float64]:
+        """y, z, phi and psi of the wheelsets, then of the other bodies."""
+        plant = self._fleet.model.plant
+        motions = plant.equations.motions(state.tolist())
+        wheelsets = [g.name for g in plant.guided]
+        order = [*wheelsets, *(name for name in motions if name not in wheelsets)]
+        return np.array([motions[name][:4] for name in order if name in plant.body_names], dtype=float)
 
     def draw(self) -> NDArray[np.uint8] | None:
         """Draw a frame; returns it in the mode rgb_array."""

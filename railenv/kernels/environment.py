@@ -16,34 +16,33 @@ E_CANT = 3  # of the circular curve, rad
 E_PLAN = 4  # 4 rows: start and end of the clothoid in, start and end of the clothoid out, m
 E_OFFSET = 8  # where on the line of irregularities the run starts, m
 E_LEVEL = 9  # factor of the irregularities, 0 for none
-E_WAVENUMBER = 10  # of kinematic hunting, rad/m
-E_FORCE2 = 12  # sum over steps of the squared specific force about the steady one
-E_PEAK = 13  # its largest magnitude
-E_EFFORT2 = 14  # sum over steps of the mean squared share of the limit
-E_BIAS = 15  # 4 rows: sensor biases, accelerometer and gyro of each sensed body
-E_REFERENCE = 19  # REFERENCES values at each of NODES shares of the curve
+E_FORCE2 = 10  # sum over steps of the squared specific force about the steady one
+E_PEAK = 11  # its largest magnitude
+E_EFFORT2 = 12  # sum over steps of the mean squared share of the limit
+E_GRAVITY = 13  # m/s^2
+N_GUIDED = len(GUIDED)
+GUIDED = np.array(GUIDED, dtype=np.int64).reshape(-1, 3)  # states y, psi, dy of each wheelset
+RAILS = np.array(RAILS, dtype=np.int64).reshape(-1, 3)  # inputs align, vert, cross; -1: none
+E_CLEARANCE = 14  # of each wheelset, m
+E_WAVENUMBER = E_CLEARANCE + N_GUIDED  # of its kinematic hunting, rad/m
+E_AHEAD = E_WAVENUMBER + N_GUIDED  # its place along the vehicle, m
+E_LIMIT = E_AHEAD + N_GUIDED  # of each actuator, N m or N
+E_BIAS = E_LIMIT + N_ACTUATORS  # sensor biases, accelerometer and gyro of each sensed body
+E_REFERENCE = E_BIAS + 2 * N_SENSED  # REFERENCES values at each of NODES shares of the curve
 NODES = 9
-REFERENCES = 6  # y_w1, y_w2, psi_w1, psi_w2, specific forces
-E_LIFTED = E_REFERENCE + NODES * REFERENCES  # 4 rows: m run with each wheel off the rail
-E_SUMS = E_LIFTED + 4  # 8 rows: sums of Y and Q of the wheels over the window
-E_WINDOWS = E_SUMS + 8  # 8 windows of as many rows as the longest needs, then the delay line
+REFERENCES = 2 * N_GUIDED + N_SENSED  # y of each wheelset, psi of each, specific forces
+E_LIFTED = E_REFERENCE + NODES * REFERENCES  # m run with each wheel off the rail
+N_WHEELS = 2 * N_FORCES  # wheels whose forces are known, left and right of each wheelset
+E_SUMS = E_LIFTED + N_WHEELS  # sums of Y and Q of the wheels over the window
+E_WINDOWS = E_SUMS + 2 * N_WHEELS  # windows of as many rows as the longest needs, then the delay line
 
-N_ACTUATORS = len([name for name in INPUTS if name.startswith("command_")])
-N_SENSED = len([name for name in STATES if name.startswith("accel_")])
 N_PLANT = len(STATES) - 2 * N_ACTUATORS - 2 * N_SENSED
 C_SPEED, C_CURVATURE, C_CANT = LAYOUT.c, LAYOUT.c + 1, LAYOUT.c + 2
-U_RAILS = LAYOUT.c - 6  # align_w1, align_w2, vert_w1, vert_w2, cross_w1, cross_w2
 O_FIRST = LAYOUT.o  # specific forces
-O_FORCES = O_FIRST + N_SENSED  # Y, Q of the four wheels
-P_LIMIT = LAYOUT.p + PARAMETERS.index("actuator_limit")
-P_CLEARANCE = LAYOUT.p + PARAMETERS.index("flange_clearance")
-P_HALF_WHEELBASE = LAYOUT.p + PARAMETERS.index("half_wheelbase")
-P_GRAVITY = LAYOUT.p + PARAMETERS.index("gravity")
-X_PSI = 3  # psi_w1; a wheelset has four coordinates
-X_RATES = N_PLANT // 2
+O_FORCES = O_FIRST + N_SENSED  # Y, Q of the wheels
 RAMP = 20.0  # m over which irregularities fade in at the start of a run
 DERAILED_RATIO, DERAILED_WINDOW, DERAILED_OFFSET = 0.8, 2.0, 0.03  # Nadal's limit; m; m
-RING_SIGNALS = 5
+RING_SIGNALS = N_GUIDED + N_FORCES + 1  # y of wheelsets, their sums of Y, force of the first sensor
 TERMS = 7  # reward; hunting, excursion, ride, effort; derailed; reason
 
 
@@ -71,15 +70,16 @@ def set_track(w, e, distance_ahead, lines, spacing):
             continue
         s = e[E_DISTANCE * L + lane] + distance_ahead * w[C_SPEED * L + lane]
         level *= _share(s / real(RAMP))
-        for wheelset in range(2):
-            ahead = w[P_HALF_WHEELBASE * L + lane] * (1 - 2 * wheelset)
-            position = (e[E_OFFSET * L + lane] + s + ahead) / spacing
+        for i in range(N_GUIDED):
+            if RAILS[i, 0] < 0:
+                continue
+            position = (e[E_OFFSET * L + lane] + s + e[(E_AHEAD + i) * L + lane]) / spacing
             cell = int(math.floor(position))
             part = position - cell
-            i, j = cell % samples, (cell + 1) % samples
+            here, there = cell % samples, (cell + 1) % samples
             for kind in range(3):
-                value = lines[kind, i] + part * (lines[kind, j] - lines[kind, i])
-                w[(U_RAILS + 2 * kind + wheelset) * L + lane] = level * value
+                value = lines[kind, here] + part * (lines[kind, there] - lines[kind, here])
+                w[(U + RAILS[i, kind]) * L + lane] = level * value
 
 
 @jit
@@ -131,37 +131,39 @@ def _bounded(x):
 def assess(w, e, lane, env, longest, window, weights, terms, ring):
     """Reward, derailment and running totals of one environment after a control step."""
     share = _curve_share(w, e, lane)
-    delta = w[P_CLEARANCE * L + lane]
     speed = w[C_SPEED * L + lane]
-    wave = e[E_WAVENUMBER * L + lane]
     k = int(e[E_STEP * L + lane])
     excursion = hunting = real(0.0)
     largest = real(0.0)
-    for i in range(2):
-        y = w[4 * i * L + lane] - w[(U_RAILS + i) * L + lane]
+    for i in range(N_GUIDED):
+        delta = e[(E_CLEARANCE + i) * L + lane]
+        wave = e[(E_WAVENUMBER + i) * L + lane]
+        y = w[GUIDED[i, 0] * L + lane]
+        if RAILS[i, 0] >= 0:
+            y -= w[(U + RAILS[i, 0]) * L + lane]
         off = (y - _reference(e, lane, share, i)) / delta
-        psi = w[(4 * i + X_PSI) * L + lane] - _reference(e, lane, share, 2 + i)
-        rate = w[(X_RATES + 4 * i) * L + lane] / (speed * wave * delta)
+        psi = w[GUIDED[i, 1] * L + lane] - _reference(e, lane, share, N_GUIDED + i)
+        rate = w[GUIDED[i, 2] * L + lane] / (speed * wave * delta)
         turn = psi / (wave * delta)
-        excursion += real(0.5) * off * off
-        hunting += real(0.25) * (rate * rate + turn * turn)
+        excursion += off * off / real(N_GUIDED)
+        hunting += real(0.5) * (rate * rate + turn * turn) / real(N_GUIDED)
         largest = max(largest, abs(y)) if y == y else real(1e300)
         ring[env, k % ring.shape[1], i] = off * delta
     ride = real(0.0)
     for i in range(N_SENSED):
-        force = w[(O_FIRST + i) * L + lane] - _reference(e, lane, share, 4 + i)
+        force = w[(O_FIRST + i) * L + lane] - _reference(e, lane, share, 2 * N_GUIDED + i)
         ride = max(ride, abs(force))
         if i == 0:
-            ring[env, k % ring.shape[1], 4] = force
+            ring[env, k % ring.shape[1], N_GUIDED + N_FORCES] = force
     effort = real(0.0)
     for a in range(N_ACTUATORS):
-        moment = w[(N_PLANT + 2 * a) * L + lane] / w[P_LIMIT * L + lane]
+        moment = w[(N_PLANT + 2 * a) * L + lane] / e[(E_LIMIT + a) * L + lane]
         effort += min(moment * moment, real(1.0)) / real(N_ACTUATORS)
     # guiding forces: Nadal's ratio over 2 m, lifted wheels, sum of each axle
     n = int(window[env])
     nadal = lifted = real(0.0)
     travelled = speed * weights[5]
-    for wheel in range(4):
+    for wheel in range(N_WHEELS):
         Y = w[(O_FORCES + 2 * wheel) * L + lane]
         Q = w[(O_FORCES + 2 * wheel + 1) * L + lane]
         row = (E_LIFTED + wheel) * L + lane
@@ -177,10 +179,10 @@ def assess(w, e, lane, env, longest, window, weights, terms, ring):
         total_Q = e[(E_SUMS + 2 * wheel + 1) * L + lane]
         if total_Q > real(0.0):
             nadal = max(nadal, total_Y / total_Q)
-    for i in range(2):
+    for i in range(N_FORCES):
         left = w[(O_FORCES + 4 * i) * L + lane]
         right = w[(O_FORCES + 4 * i + 2) * L + lane]
-        ring[env, k % ring.shape[1], 2 + i] = left - right
+        ring[env, k % ring.shape[1], N_GUIDED + i] = left - right
     e[E_FORCE2 * L + lane] += ride * ride
     e[E_PEAK * L + lane] = max(e[E_PEAK * L + lane], ride)
     e[E_EFFORT2 * L + lane] += effort
@@ -255,7 +257,7 @@ def observe(w, e, lane, env, seeds, noise, scales, bound, full, delay_row, slots
             for age in range(1, slots):
                 slot = (k + slots - age) % slots
                 command = e[(delay_row + a * slots + slot) * L + lane]
-                obs[env, j] = _observed(command, w[P_LIMIT * L + lane], bound)
+                obs[env, j] = _observed(command, e[(E_LIMIT + a) * L + lane], bound)
                 j += 1
     else:
         readings = np.empty(2 * N_SENSED)
@@ -265,7 +267,7 @@ def observe(w, e, lane, env, seeds, noise, scales, bound, full, delay_row, slots
             j += 1
     speed = w[C_SPEED * L + lane]
     deficiency = (
-        speed * speed * w[C_CURVATURE * L + lane] / w[P_GRAVITY * L + lane] - w[C_CANT * L + lane]
+        speed * speed * w[C_CURVATURE * L + lane] / e[E_GRAVITY * L + lane] - w[C_CANT * L + lane]
     )
     obs[env, j] = _observed(speed, scales[j], bound)
     obs[env, j + 1] = _observed(deficiency, scales[j + 1], bound)
@@ -284,13 +286,13 @@ def control_step(w, e, first, count, actions, plan, real_plan, arrays):
     lines, window, weights, noise, scales, seeds, obs, terms, ring = arrays
     before, after, slots, full, longest = plan
     h_before, h_after, spacing, bound = real_plan
-    delay_row = E_WINDOWS + 8 * longest
+    delay_row = E_WINDOWS + 2 * N_WHEELS * longest
     for lane in range(L):
         slot = int(e[E_STEP * L + lane]) % slots
         for a in range(N_ACTUATORS):
             command = actions[first + lane, a] if lane < count else real(0.0)
             command = min(max(command, real(-1.0)), real(1.0))
-            e[(delay_row + a * slots + slot) * L + lane] = command * w[P_LIMIT * L + lane]
+            e[(delay_row + a * slots + slot) * L + lane] = command * e[(E_LIMIT + a) * L + lane]
     if before:
         set_commands(w, e, delay_row, slots, slots - 1)
         advance(w, e, h_before, before, lines, spacing)
@@ -327,4 +329,4 @@ def observe_one(w, e, lane, env, plan, real_plan, arrays):
     _, _, slots, full, longest = plan
     _, _, spacing, bound = real_plan
     set_track(w, e, real(0.0), lines, spacing)
-    observe(w, e, lane, env, seeds, noise, scales, bound, full, E_WINDOWS + 8 * longest, slots, obs)
+    observe(w, e, lane, env, seeds, noise, scales, bound, full, E_WINDOWS + 2 * N_WHEELS * longest, slots, obs)

@@ -20,7 +20,7 @@ import sympy
 from sympy.core.parameters import distribute
 
 from railenv.equations import functions
-from railenv.equations.symbolic import WherePositive
+from railenv.equations.symbolic import TableValue, WherePositive
 from railenv.errors import EquationError, ParameterError, RailenvError, UnknownNameError, shown
 
 CONDITIONS = ("speed", "curvature", "cant")
@@ -84,7 +84,7 @@ def trace(
     equations : callable
         ``f(x, u, speed, curvature, cant, p)``, returning one derivative per state.
     states, inputs, parameters : sequence of str
-        Names of the entries of ``x`` and ``u``, and of the attributes of ``p``.
+        Names of the entries of ``x`` and ``u``, and of the attributes of ``p`` (tables among them).
     signals : callable, optional
         Further results to compute, of the same arguments as the equations.
 
@@ -185,7 +185,7 @@ def _compilable(value: Any, label: str, known: set[sympy.Symbol]) -> sympy.Expr:
                 node.is_Add
                 or node.is_Mul
                 or node.is_Pow
-                or isinstance(node, (sympy.Abs, WherePositive))
+                or isinstance(node, (sympy.Abs, TableValue, WherePositive))
                 or (node.is_Function and node.func.__name__ in _FUNCTIONS)
             )
         if not allowed:

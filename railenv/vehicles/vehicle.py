@@ -1,8 +1,4 @@
-"""Vehicle parameters: one frozen record, and the vehicles that the package ships.
-
-Every field carries its symbol in the paper, unit, meaning, allowed range and source in its metadata,
-from which the parameter tables of the command line and of the documentation are made.
-"""
+"""Parameters of the paper's bogie: one frozen record, and the vehicles that the package ships."""
 
 from __future__ import annotations
 
@@ -16,78 +12,15 @@ from typing import Any, Literal, Self, get_args
 
 from railenv import checks
 from railenv.errors import ParameterError
+from railenv.vehicles.guided import klingel_wavelength
+from railenv.vehicles.records import ParameterRecord, nonnegative, positive, quantity
 
 LoadBookkeeping = Literal["once", "printed"]
 
 CREEP_COEFFICIENTS = ("lateral_creep", "lateral_spin_creep", "spin_creep", "longitudinal_creep")
 """Fields that ``creep_factor`` multiplies."""
 
-_TABLE = "Table 1"
 _BEYOND = "beyond the paper"
-_ADDED = "an addition to the benchmark, which has none"
-
-
-def quantity(
-    symbol: str,
-    unit: str,
-    meaning: str,
-    source: str = _TABLE,
-    *,
-    default: Any = dataclasses.MISSING,
-    **bounds: float | bool,
-) -> Any:
-    """Return a dataclass field that holds a physical quantity; bounds as in ``checks.number``."""
-    metadata = {"symbol": symbol, "unit": unit, "meaning": meaning, "source": source}
-    return dataclasses.field(default=default, metadata={**metadata, "bounds": bounds})
-
-
-def _positive(
-    symbol: str, unit: str, meaning: str, source: str = _TABLE, **bounds: float | bool
-) -> Any:
-    return quantity(symbol, unit, meaning, source, low=0.0, open_low=True, **bounds)
-
-
-def _nonnegative(
-    symbol: str, unit: str, meaning: str, source: str = _TABLE, **bounds: float | bool
-) -> Any:
-    return quantity(symbol, unit, meaning, source, low=0.0, **bounds)
-
-
-@dataclass(frozen=True, kw_only=True)
-class ParameterRecord:
-    """Base of the frozen records of physical quantities: checks on creation, and ``replace``."""
-
-    def __post_init__(self) -> None:
-        """Check every quantity against its metadata and make it a float."""
-        for f in dataclasses.fields(self):
-            if "bounds" in f.metadata:
-                value = checks.number(
-                    f.name, getattr(self, f.name), unit=f.metadata["unit"], **f.metadata["bounds"]
-                )
-                object.__setattr__(self, f.name, value)
-
-    def parameters(self) -> dict[str, float]:
-        """Return all numbers that the equations of motion read, by name."""
-        return {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
-
-    def replace(self, **changes: Any) -> Self:
-        """Return a copy with some fields changed.
-
-        Raises
-        ------
-        UnknownNameError
-            If a name is not a field.
-        ParameterError
-            If a value is not allowed.
-
-        Examples
-        --------
-        >>> import railenv
-        >>> railenv.HIGH_SPEED_COACH.replace(conicity=0.2).conicity
-        0.2
-        """
-        checks.known("field", changes, [f.name for f in dataclasses.fields(self)])
-        return dataclasses.replace(self, **changes)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,43 +42,43 @@ class Vehicle(ParameterRecord):
         metadata={"meaning": "where its numbers come from", "source": ""}
     )
     # masses and inertias
-    wheelset_mass: float = _positive("m_w", "kg", "mass of one wheelset")
-    wheelset_roll_inertia: float = _positive("I_wx", "kg m^2", "roll inertia of a wheelset")
-    wheelset_pitch_inertia: float = _nonnegative(
+    wheelset_mass: float = positive("m_w", "kg", "mass of one wheelset")
+    wheelset_roll_inertia: float = positive("I_wx", "kg m^2", "roll inertia of a wheelset")
+    wheelset_pitch_inertia: float = nonnegative(
         "I_wy",
         "kg m^2",
         "pitch inertia of a wheelset, about its axle (gyroscopic terms)",
         "eq 6; not in Table 1, from Zhai",
     )
-    wheelset_yaw_inertia: float = _positive("I_wz", "kg m^2", "yaw inertia of a wheelset")
-    frame_mass: float = _positive("m_b", "kg", "mass of the bogie frame")
-    frame_roll_inertia: float = _positive("I_bx", "kg m^2", "roll inertia of the bogie frame")
-    frame_yaw_inertia: float = _positive("I_bz", "kg m^2", "yaw inertia of the bogie frame")
-    body_mass: float = _nonnegative("m_vb", "kg", "mass of the vehicle body, on two bogies")
-    gravity: float = _positive("g", "m/s^2", "acceleration due to gravity")
+    wheelset_yaw_inertia: float = positive("I_wz", "kg m^2", "yaw inertia of a wheelset")
+    frame_mass: float = positive("m_b", "kg", "mass of the bogie frame")
+    frame_roll_inertia: float = positive("I_bx", "kg m^2", "roll inertia of the bogie frame")
+    frame_yaw_inertia: float = positive("I_bz", "kg m^2", "yaw inertia of the bogie frame")
+    body_mass: float = nonnegative("m_vb", "kg", "mass of the vehicle body, on two bogies")
+    gravity: float = positive("g", "m/s^2", "acceleration due to gravity")
     # geometry
-    wheel_radius: float = _positive("r_0", "m", "nominal rolling radius")
-    half_gauge: float = _positive("a", "m", "half the distance between the contact points")
-    half_wheelbase: float = _positive("L", "m", "half the wheelbase (L_t1, L_t2, L_w in print)")
-    frame_height: float = _nonnegative("h_G", "m", "height of the frame's centre above the axles")
+    wheel_radius: float = positive("r_0", "m", "nominal rolling radius")
+    half_gauge: float = positive("a", "m", "half the distance between the contact points")
+    half_wheelbase: float = positive("L", "m", "half the wheelbase (L_t1, L_t2, L_w in print)")
+    frame_height: float = nonnegative("h_G", "m", "height of the frame's centre above the axles")
     # wheel-rail contact
-    conicity: float = _positive("lambda", "1", "conicity of the wheel treads", high=0.7)
-    friction: float = _positive("mu", "1", "friction coefficient of wheel and rail", high=2.0)
-    flange_clearance: float = _positive("delta", "m", "lateral clearance up to flange contact")
-    lateral_creep: float = _positive("f_11", "N", "lateral creep coefficient")
-    lateral_spin_creep: float = _nonnegative("f_12", "N m", "lateral/spin creep coefficient")
-    spin_creep: float = _nonnegative("f_22", "N m^2", "spin creep coefficient")
-    longitudinal_creep: float = _positive("f_33", "N", "longitudinal creep coefficient")
-    vertical_rail_stiffness: float = _positive("K_rz", "N/m", "vertical stiffness under one wheel")
-    lateral_rail_stiffness: float = _positive("K_ry", "N/m", "lateral stiffness behind the flange")
+    conicity: float = positive("lambda", "1", "conicity of the wheel treads", high=0.7)
+    friction: float = positive("mu", "1", "friction coefficient of wheel and rail", high=2.0)
+    flange_clearance: float = positive("delta", "m", "lateral clearance up to flange contact")
+    lateral_creep: float = positive("f_11", "N", "lateral creep coefficient")
+    lateral_spin_creep: float = nonnegative("f_12", "N m", "lateral/spin creep coefficient")
+    spin_creep: float = nonnegative("f_22", "N m^2", "spin creep coefficient")
+    longitudinal_creep: float = positive("f_33", "N", "longitudinal creep coefficient")
+    vertical_rail_stiffness: float = positive("K_rz", "N/m", "vertical stiffness under one wheel")
+    lateral_rail_stiffness: float = positive("K_ry", "N/m", "lateral stiffness behind the flange")
     # primary suspension
-    primary_longitudinal_stiffness: float = _nonnegative("K_px", "N/m", "primary, per axle box")
-    primary_lateral_stiffness: float = _nonnegative("K_py", "N/m", "primary, per axle box")
-    primary_vertical_stiffness: float = _nonnegative("K_pz", "N/m", "primary, per axle box")
-    primary_longitudinal_damping: float = _nonnegative("C_px", "N s/m", "primary, per axle box")
-    primary_lateral_damping: float = _nonnegative("C_py", "N s/m", "primary, per axle box")
-    primary_vertical_damping: float = _nonnegative("C_pz", "N s/m", "primary, per axle box")
-    primary_arm: float = _positive(
+    primary_longitudinal_stiffness: float = nonnegative("K_px", "N/m", "primary, per axle box")
+    primary_lateral_stiffness: float = nonnegative("K_py", "N/m", "primary, per axle box")
+    primary_vertical_stiffness: float = nonnegative("K_pz", "N/m", "primary, per axle box")
+    primary_longitudinal_damping: float = nonnegative("C_px", "N s/m", "primary, per axle box")
+    primary_lateral_damping: float = nonnegative("C_py", "N s/m", "primary, per axle box")
+    primary_vertical_damping: float = nonnegative("C_pz", "N s/m", "primary, per axle box")
+    primary_arm: float = positive(
         "b", "m", "lateral arm of primary springs and dampers (b_t1 to b_t4 in print)"
     )
     # nonlinear yaw damper between wheelset and frame: quartic in the speed, eq 7
@@ -154,17 +87,17 @@ class Vehicle(ParameterRecord):
     yaw_damper_c3: float = quantity("C_3", "N s^3/m^3", "yaw damper force (eq 7), cubic term")
     yaw_damper_c4: float = quantity("C_4", "N s^4/m^4", "yaw damper force (eq 7), quartic term")
     # secondary suspension, against a body at rest in the track frame
-    secondary_longitudinal_stiffness: float = _nonnegative(
+    secondary_longitudinal_stiffness: float = nonnegative(
         "K_sx", "N/m", "secondary, per side", _BEYOND
     )
-    secondary_lateral_stiffness: float = _nonnegative("K_sy", "N/m", "secondary, per side", _BEYOND)
-    secondary_vertical_stiffness: float = _nonnegative("K_sz", "N/m", "secondary, per side", _BEYOND)
-    secondary_longitudinal_damping: float = _nonnegative(
+    secondary_lateral_stiffness: float = nonnegative("K_sy", "N/m", "secondary, per side", _BEYOND)
+    secondary_vertical_stiffness: float = nonnegative("K_sz", "N/m", "secondary, per side", _BEYOND)
+    secondary_longitudinal_damping: float = nonnegative(
         "C_sx", "N s/m", "secondary, per side: the passive yaw damper", _BEYOND
     )
-    secondary_lateral_damping: float = _nonnegative("C_sy", "N s/m", "secondary, per side", _BEYOND)
-    secondary_vertical_damping: float = _nonnegative("C_sz", "N s/m", "secondary, per side", _BEYOND)
-    secondary_arm: float = _positive(
+    secondary_lateral_damping: float = nonnegative("C_sy", "N s/m", "secondary, per side", _BEYOND)
+    secondary_vertical_damping: float = nonnegative("C_sz", "N s/m", "secondary, per side", _BEYOND)
+    secondary_arm: float = positive(
         "b_s", "m", "lateral arm of the secondary springs and dampers", _BEYOND
     )
     # switches
@@ -231,7 +164,7 @@ class Vehicle(ParameterRecord):
     @property
     def klingel_wavelength(self) -> float:
         """Wavelength (m) of a free wheelset's kinematic oscillation, 2 pi sqrt(a r_0 / lambda)."""
-        return 2.0 * math.pi * math.sqrt(self.half_gauge * self.wheel_radius / self.conicity)
+        return klingel_wavelength(self.half_gauge, self.wheel_radius, self.conicity)
 
     def parameters(self) -> dict[str, float]:
         """Return all numbers that the equations of motion read; switches become 0 or 1."""
@@ -397,100 +330,3 @@ def preset(name: str) -> Vehicle:
     by_name = {v.name: v for v in PRESETS}
     checks.known("vehicle", [name], list(by_name))
     return by_name[name]
-
-
-@dataclass(frozen=True)
-class FieldDescription:
-    """One row of a parameter table."""
-
-    name: str
-    symbol: str
-    unit: str
-    meaning: str
-    source: str
-
-
-def describe(record: type) -> list[FieldDescription]:
-    """Describe the fields of a parameter record (a dataclass of quantities), in order."""
-    return [
-        FieldDescription(
-            f.name,
-            f.metadata.get("symbol", ""),
-            f.metadata.get("unit", ""),
-            f.metadata["meaning"],
-            f.metadata["source"],
-        )
-        for f in dataclasses.fields(record)
-    ]
-
-
-@dataclass(frozen=True, kw_only=True)
-class CooperriderParameters(ParameterRecord):
-    """Parameters of the Cooperrider bogie, the benchmark of nonlinear railway dynamics; SI units.
-
-    Raises
-    ------
-    ParameterError
-        If a value is not a finite number in its range; the message names field, value and range.
-    """
-
-    wheelset_mass: float = _positive("m_w", "kg", "mass of one wheelset", "Cooperrider bogie")
-    frame_mass: float = _positive("m_f", "kg", "mass of the bogie frame", "Cooperrider bogie")
-    wheelset_yaw_inertia: float = _positive("I_w", "kg m^2", "wheelset, yaw", "Cooperrider bogie")
-    frame_yaw_inertia: float = _positive("I_fz", "kg m^2", "frame, yaw", "Cooperrider bogie")
-    frame_roll_inertia: float = _positive("I_fx", "kg m^2", "frame, roll", "Cooperrider bogie")
-    k1: float = _nonnegative("k_1", "N/m", "primary lateral stiffness", "Cooperrider bogie")
-    k2: float = _nonnegative("k_2", "N/m", "primary longitudinal stiffness", "Cooperrider bogie")
-    k3: float = _nonnegative("k_3", "N/m", "primary vertical stiffness", "Cooperrider bogie")
-    k4: float = _nonnegative("k_4", "N/m", "secondary lateral stiffness", "Cooperrider bogie")
-    k5: float = _nonnegative("k_5", "N/m", "secondary vertical stiffness", "Cooperrider bogie")
-    k6: float = _nonnegative("k_6", "N m/rad", "secondary yaw stiffness", "Cooperrider bogie")
-    D1: float = _nonnegative("D_1", "N s/m", "secondary vertical damping", "Cooperrider bogie")
-    D2: float = _nonnegative("D_2", "N s/m", "secondary lateral damping", "Cooperrider bogie")
-    yaw_damping: float = _nonnegative("D_6", "N m s/rad", "yaw damper", _ADDED, default=0.0)
-    half_gauge: float = _positive("a", "m", "half the track gauge", "Cooperrider bogie")
-    half_wheelbase: float = _positive("b", "m", "half the wheelbase", "Cooperrider bogie")
-    d1: float = _nonnegative("d_1", "m", "arm of the primary springs", "Cooperrider bogie")
-    d2: float = _nonnegative("d_2", "m", "arm of the secondary springs", "Cooperrider bogie")
-    h1: float = _nonnegative("h_1", "m", "frame above primary springs", "Cooperrider bogie")
-    h2: float = _nonnegative("h_2", "m", "secondary springs above frame", "Cooperrider bogie")
-    wheel_radius: float = _positive("r_0", "m", "nominal rolling radius", "Cooperrider bogie")
-    conicity: float = _positive("lambda", "1", "wheel conicity", "Cooperrider bogie", high=0.7)
-    flange_clearance: float = _positive("delta", "m", "dead band of flange", "Cooperrider bogie")
-    flange_stiffness: float = _nonnegative("k_0", "N/m", "flange spring", "Cooperrider bogie")
-    adhesion_force: float = _positive("mu N", "N", "adhesion limit, one wheel", "Cooperrider bogie")
-    creep_ratio_lateral: float = _positive("Psi", "1", "Vermeulen-Johnson", "Cooperrider bogie")
-    creep_ratio_longitudinal: float = _positive("Phi", "1", "Vermeulen-Johnson", "Cooperrider bogie")
-    creep_coefficient: float = _positive("G pi a b", "N", "creep coefficient", "Cooperrider bogie")
-
-
-COOPERRIDER = CooperriderParameters(
-    wheelset_mass=1022.0,
-    frame_mass=2918.0,
-    wheelset_yaw_inertia=678.0,
-    frame_yaw_inertia=6780.0,
-    frame_roll_inertia=6780.0,
-    k1=1.823e6,
-    k2=3.646e6,
-    k3=3.646e6,
-    k4=0.1823e6,
-    k5=0.3333e6,
-    k6=2.710e6,
-    D1=20.0e3,
-    D2=29.2e3,
-    half_gauge=0.716,
-    half_wheelbase=1.074,
-    d1=0.620,
-    d2=0.680,
-    h1=0.0762,
-    h2=0.6584,
-    wheel_radius=0.4572,
-    conicity=0.05,
-    flange_clearance=9.1e-3,
-    flange_stiffness=14.60e6,
-    adhesion_force=10e3,
-    creep_ratio_lateral=0.54219,
-    creep_ratio_longitudinal=0.60252,
-    creep_coefficient=6.563e6,
-)
-"""The Cooperrider bogie with the numbers of the literature."""

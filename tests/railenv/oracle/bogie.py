@@ -4,19 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from railenv.equations.coordinates import Running, bodies, irregularity_names, rails, state_names
+from railenv.equations.coordinates import Running, rails
 from railenv.equations.functions import Scalar
-from railenv.equations.loads import (
+from tests.railenv.oracle import bodies
+from tests.railenv.oracle.loads import (
     bogie_frame_load,
     bogie_wheelset_load,
     lateral_load,
     vertical_load,
 )
-from railenv.equations.suspension import SuspensionForce, primary, primary_reaction, secondary
-from railenv.equations.wheelset import accelerations
+from tests.railenv.oracle.suspension import SuspensionForce, primary, primary_reaction, secondary
+from tests.railenv.oracle.wheelset import accelerations
 
-STATES = state_names(("w1", "w2", "b"))
-INPUTS = ("M_w1", "M_w2", "M_b", *irregularity_names(("w1", "w2")))
 
 
 def bogie(

@@ -4,21 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from railenv.equations.coordinates import (
-    AT_REST,
-    Running,
-    bodies,
-    irregularity_names,
-    rails,
-    state_names,
-)
+from railenv.equations.coordinates import AT_REST, Running, rails
 from railenv.equations.functions import Scalar
-from railenv.equations.loads import dual_wheelset_load
-from railenv.equations.suspension import primary
-from railenv.equations.wheelset import accelerations
+from tests.railenv.oracle import bodies
+from tests.railenv.oracle.loads import dual_wheelset_load
+from tests.railenv.oracle.suspension import primary
+from tests.railenv.oracle.wheelset import accelerations
 
-STATES = state_names(("w1", "w2"))
-INPUTS = ("M_w1", "M_w2", *irregularity_names(("w1", "w2")))
 
 
 def dual_wheelset(
