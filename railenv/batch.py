@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,8 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from railenv import checks
 from railenv.errors import ParameterError, shown
-from railenv.kernels import loader
+from railenv.kernels import loader, pool
 from railenv.models import Model
+from railenv.threads import usable_threads
 
 PARALLEL_FROM = 64
 """Number of systems from which several threads pay."""
@@ -165,5 +167,5 @@ class Batch:
         steps = checks.whole("steps", steps, low=0, high=MOST_STEPS)
         if parallel is None:
             parallel = self.n >= PARALLEL_FROM
-        kernel = self._kernels.rk4_blocks_parallel if parallel else self._kernels.rk4_blocks
-        kernel(self._blocks, h, steps)
+        threads = min(usable_threads(), len(self._blocks)) if parallel else 1
+        pool.run(partial(self._kernels.rk4_blocks, self._blocks, h, steps), threads)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,9 @@ from railenv.equations.coordinates import Running, bodies
 from railenv.equations.sensors import specific_force
 from railenv.equilibrium import find_equilibrium
 from railenv.errors import EquilibriumError, ParameterError, shown
+from railenv.kernels import pool
 from railenv.models import Bogie, DualWheelset
+from railenv.threads import usable_threads
 
 Array = NDArray[np.float64]
 
@@ -338,11 +340,13 @@ class Fleet:
         actions : ndarray, shape (n, n_actuators)
             Commands as shares of the limit, clipped to [-1, 1].
         """
-        kernel = self._kernels.control_steps
-        if self._lanes > 1 and self.n >= PARALLEL_FROM:
-            kernel = self._kernels.control_steps_parallel
         commands = np.asarray(actions, dtype=float)
-        kernel(self._blocks, self._extras, commands, self._plan, self._real_plan, self._arrays)
+        inputs = (self._blocks, self._extras, commands, self._plan, self._real_plan, self._arrays)
+        if self._lanes > 1:
+            threads = usable_threads() if self.n >= PARALLEL_FROM else 1
+            pool.run(partial(self._kernels.control_steps_shared, *inputs), threads)
+        else:
+            self._kernels.control_steps(*inputs)
         self.steps += 1
 
     def totals(self, i: int) -> dict[str, float]:
