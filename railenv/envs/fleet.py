@@ -44,11 +44,11 @@ REASONS = (
 RIDE_SCALE = CFR_LIMIT
 """m/s^2, the acceleration at which the ride term is 1/2: the limit of 49 CFR 213.333."""
 
-PARALLEL_FROM = 512
-"""Number of environments from which several threads pay, on a machine that is not busy otherwise.
+THREAD_PAYS_FROM = 64
+"""Number of environments that are work enough for a thread (some 0.1 ms).
 
-Below it, waiting for a thread costs more than it saves. ``NUMBA_NUM_THREADS=1`` keeps to one thread,
-which is better beside other work on the same cores, such as a learner's.
+With fewer, waking it costs more than it saves. ``RAILENV_NUM_THREADS=1`` keeps to one thread, which is
+best where other processes have the other processors, such as environments of their own.
 """
 
 _RING_SECONDS, _RING_METRES = 2.0, 100.0
@@ -343,7 +343,7 @@ class Fleet:
         commands = np.asarray(actions, dtype=float)
         inputs = (self._blocks, self._extras, commands, self._plan, self._real_plan, self._arrays)
         if self._lanes > 1:
-            threads = usable_threads() if self.n >= PARALLEL_FROM else 1
+            threads = min(usable_threads(), max(1, self.n // THREAD_PAYS_FROM))
             pool.run(partial(self._kernels.control_steps_shared, *inputs), threads)
         else:
             self._kernels.control_steps(*inputs)

@@ -7,7 +7,6 @@ a cached result can only ever be that of the very text. Compiling happens at fir
 
 from __future__ import annotations
 
-import atexit
 import hashlib
 import importlib.util
 import os
@@ -91,8 +90,11 @@ def _users_cache() -> Path | None:
 @cache
 def _fallback(place: str, error: str) -> Path:
     """Return a temporary directory for this process, with one warning."""
+    from multiprocessing.util import Finalize
+
     fallback = Path(tempfile.mkdtemp(prefix="railenv-kernels-"))
-    atexit.register(_remove, fallback, os.getpid())
+    # unlike atexit this runs at the end of forked workers too, and only in the process that made it
+    Finalize(None, shutil.rmtree, args=(fallback, True), exitpriority=0)
     warnings.warn(
         f"compiled kernels cannot be kept in {place} ({error}); compiling into {fallback} for "
         "this process. Set RAILENV_CACHE_DIR to a directory that can be written.",
@@ -100,12 +102,6 @@ def _fallback(place: str, error: str) -> Path:
         stacklevel=3,
     )
     return fallback
-
-
-def _remove(folder: Path, owner: int) -> None:
-    """Remove a process's temporary directory; its children, which use it too, leave it alone."""
-    if os.getpid() == owner:
-        shutil.rmtree(folder, ignore_errors=True)
 
 
 @cache
