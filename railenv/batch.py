@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,12 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from railenv import checks
 from railenv.errors import ParameterError, shown
-from railenv.kernels import loader
+from railenv.kernels import loader, pool
 from railenv.model import Model
+from railenv.threads import usable_threads
 
-PARALLEL_FROM = 64
-"""Number of systems from which several threads pay."""
-
+THREAD_PAYS_FROM = 400
+"""Steps of one system that are work enough for a thread (some 0.1 ms)."""
 
 MOST_STEPS = 10**9
 """Steps of one call, which cannot be interrupted."""
@@ -153,11 +154,13 @@ class Batch:
             s.
         steps : int
         parallel : bool, optional
-            Use all threads; by default from 64 systems on.
+            Use all threads; by default as many as there is work for. ``RAILENV_NUM_THREADS`` says how
+            many there are.
         """
         h = self._kernels.real(checks.number("step", step, low=0.0, open_low=True, unit="s"))
         steps = checks.whole("steps", steps, low=0, high=MOST_STEPS)
-        if parallel is None:
-            parallel = self.n >= PARALLEL_FROM
-        kernel = self._kernels.rk4_blocks_parallel if parallel else self._kernels.rk4_blocks
-        kernel(self._blocks, h, steps)
+        threads = 1
+        if parallel is not False:
+            work = len(self._blocks) if parallel else self.n * steps // THREAD_PAYS_FROM
+            threads = min(usable_threads(), len(self._blocks), max(1, work))
+        pool.run(partial(self._kernels.rk4_blocks, self._blocks, h, steps), threads)

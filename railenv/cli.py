@@ -21,6 +21,7 @@ from railenv import (
 )
 from railenv.cli_common import err, out
 from railenv.errors import RailenvError
+from railenv.terminals import replace_what_cannot_be_shown
 
 app = typer.Typer(
     help="Hunting of railway bogies on curved track: models, stability and simulation.",
@@ -44,6 +45,7 @@ app.command()(cli_train.train)
 
 def main() -> None:
     """Run the command line; errors of the package print as one line, with exit status 1."""
+    replace_what_cannot_be_shown()
     # joblib replaces worker processes that have grown, as they do by compiling, and loses nothing
     warnings.filterwarnings("ignore", "A worker stopped while some jobs were given", UserWarning)
     try:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import hashlib
 import keyword
+import threading
 from collections.abc import Callable, Mapping, Sequence
 from types import ModuleType, SimpleNamespace
 from typing import TYPE_CHECKING, Any, Self
@@ -357,7 +358,8 @@ class Model:
     ) -> control.NonlinearIOSystem:
         """Return the model at one speed and curve as a python-control nonlinear system.
 
-        Its inputs and states carry the model's names; its outputs are the states.
+        Its inputs and states carry the model's names; its outputs are the states. It can be pickled,
+        and used by several threads at once.
 
         Parameters
         ----------
@@ -372,20 +374,34 @@ class Model:
 
         curvature = checks.curvature(radius)
         self.check_conditions(speed, curvature, cant)
-        evaluator = self.evaluator()
-
-        def update(t: float, x: Array, u: Array, params: Any) -> Array:
-            evaluator.set(x, speed, curvature, cant, u)
-            return evaluator.rhs()
-
         return control.nlsys(
-            update,
+            _Update(self, speed, curvature, cant),
             None,
             inputs=list(self.input_names),
             states=list(self.state_names),
             outputs=list(self.state_names),
             name=self.name,
         )
+
+
+class _Update:
+    """Derivatives of a model at one speed and curve, as python-control calls for them."""
+
+    def __init__(self, model: Model, speed: float, curvature: float, cant: float) -> None:
+        self._model = model
+        self._conditions = (speed, curvature, cant)
+        self._own = threading.local()  # an evaluator of each thread
+
+    def __call__(self, t: float, x: Array, u: Array, params: Any) -> Array:
+        try:
+            evaluator = self._own.evaluator
+        except AttributeError:
+            evaluator = self._own.evaluator = self._model.evaluator()
+        evaluator.set(x, *self._conditions, u)
+        return evaluator.rhs()
+
+    def __reduce__(self) -> Any:
+        return _Update, (self._model, *self._conditions)
 
 
 def _filled(values: float | Sequence[float], n: int) -> Array:

@@ -303,8 +303,11 @@ def _by_scipy(run: _Run, start: Array, times: Array, method: str, rtol: float, a
     grid = np.linspace(0.0, times[-1], max(2001, 20 * len(times)))
     distance = integrate.cumulative_trapezoid(run._signal("speed", run.speed, grid), grid, initial=0.0)
 
+    asked = np.geterr()
+
     def set_evaluator(t: float, x: Array) -> None:
-        drive, _ = run.drive(np.array([t]), float(np.interp(t, grid, distance)))
+        with np.errstate(**asked):  # functions of the caller's
+            drive, _ = run.drive(np.array([t]), float(np.interp(t, grid, distance)))
         speed, curvature, cant = drive[0, m:]
         evaluator.set(x, speed, curvature, cant, drive[0, :m])
 
@@ -320,8 +323,15 @@ def _by_scipy(run: _Run, start: Array, times: Array, method: str, rtol: float, a
         return found
 
     implicit: Any = {"jac": jacobian} if method in _IMPLICIT else {}
-    solver = getattr(integrate, method)(f, 0.0, start, times[-1], rtol=rtol, atol=atol, **implicit)
-    chunks, done = [start[None, :]], 1
+    # the solvers divide by zero and underflow on their way, and rely on going on
+    with np.errstate(all="ignore"):
+        solver = getattr(integrate, method)(f, 0.0, start, times[-1], rtol=rtol, atol=atol, **implicit)
+        return _solved(solver, times)
+
+
+def _solved(solver: Any, times: Array) -> Array:
+    """Return the states at the times up to which a solver of SciPy gets."""
+    chunks, done = [solver.y[None, :].copy()], 1
     while solver.status == "running":
         before = solver.t
         try:

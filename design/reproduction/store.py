@@ -22,7 +22,13 @@ from railenv.files import npz, read_arrays, write_whole
 
 _TREE = "tree"
 _ROOT = Path(__file__).resolve().parent.parent.parent
-_CODE = ("railenv/*.py", "railenv/equations/*.py", "railenv/kernels/*.py", "design/*.py")
+_CODE = (
+    "railenv/*.py",
+    "railenv/equations/*.py",
+    "railenv/kernels/*.py",
+    "railenv/kernels/texts/*",
+    "design/*.py",
+)
 """What every computation may depend on; the module of its own function is added to it."""
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,8 @@ from railenv.equations.coordinates import Running
 from railenv.equations.sensors import specific_force
 from railenv.equilibrium import find_equilibrium
 from railenv.errors import EquilibriumError, ParameterError, shown
+from railenv.kernels import pool
+from railenv.threads import usable_threads
 from railenv.vehicles.guided import Guided
 
 Array = NDArray[np.float64]
@@ -42,11 +44,11 @@ REASONS = (
 RIDE_SCALE = CFR_LIMIT
 """m/s^2, the acceleration at which the ride term is 1/2: the limit of 49 CFR 213.333."""
 
-PARALLEL_FROM = 512
-"""Number of environments from which several threads pay, on a machine that is not busy otherwise.
+THREAD_PAYS_FROM = 64
+"""Number of environments that are work enough for a thread (some 0.1 ms).
 
-Below it, waiting for a thread costs more than it saves. ``NUMBA_NUM_THREADS=1`` keeps to one thread,
-which is better beside other work on the same cores, such as a learner's.
+With fewer, waking it costs more than it saves. ``RAILENV_NUM_THREADS=1`` keeps to one thread, which is
+best where other processes have the other processors, such as environments of their own.
 """
 
 _RING_SECONDS, _RING_METRES = 2.0, 100.0
@@ -347,11 +349,13 @@ class Fleet:
         actions : ndarray, shape (n, n_actuators)
             Commands as shares of the limit, clipped to [-1, 1].
         """
-        kernel = self._kernels.control_steps
-        if self._lanes > 1 and self.n >= PARALLEL_FROM:
-            kernel = self._kernels.control_steps_parallel
         commands = np.asarray(actions, dtype=float)
-        kernel(self._blocks, self._extras, commands, self._plan, self._real_plan, self._arrays)
+        inputs = (self._blocks, self._extras, commands, self._plan, self._real_plan, self._arrays)
+        if self._lanes > 1:
+            threads = min(usable_threads(), max(1, self.n // THREAD_PAYS_FROM))
+            pool.run(partial(self._kernels.control_steps_shared, *inputs), threads)
+        else:
+            self._kernels.control_steps(*inputs)
         self.steps += 1
 
     def totals(self, i: int) -> dict[str, float]:

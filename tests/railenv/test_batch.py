@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import railenv
-from railenv.batch import PARALLEL_FROM, Batch
+from railenv.batch import THREAD_PAYS_FROM, Batch
 from railenv.errors import ParameterError
 from railenv.kernels import loader
 
@@ -136,7 +136,7 @@ def test_threads_change_no_bit(coach, operations, dtype):
         batch = batch_of(models, points, dtype)
         batch.integrate(step=STEP, steps=64, parallel=parallel)
         ends.append(batch.states)
-    assert PARALLEL_FROM <= 70
+    assert 70 * 64 >= 2 * THREAD_PAYS_FROM
     assert_array_equal(ends[0], ends[1])
     assert_array_equal(ends[0], ends[2])
 
