@@ -53,7 +53,7 @@ kernels: $(DEVELOPED) ## regenerate railenv/kernels from railenv/equations
 	$(BIN)/python -m railenv.kernels.generate
 
 controllers: $(DEVELOPED) ## design, tune and learn the shipped controllers again (minutes)
-	for kind in $(CONTROLLERS); do $(BIN)/railenv tune $$kind --out agents/data/$$kind.npz; done
+	for kind in $(CONTROLLERS); do $(BIN)/railenv tune $$kind --out agents/controllers/data/$$kind.npz; done
 
 reliability: $(DEVELOPED) ## fuzz, damage files, run for hours; docs/reliability.md (15 minutes)
 	$(BIN)/python -m benchmarks.reliability.run

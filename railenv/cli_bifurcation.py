@@ -40,8 +40,8 @@ def branch(
 ) -> Found:
     """Follow the branch from the Hopf point; simulate at some speeds as well if asked for."""
     import design
-    from design.critical_speed import SPEED_RANGE
-    from design.cycles import ABOVE_HOPF
+    from design.cycles.branch import ABOVE_HOPF
+    from design.stability.critical_speed import SPEED_RANGE
 
     name = model.state_names[0] if state is None else state
     checks.known("state in --state", [name], model.state_names)

@@ -44,14 +44,14 @@ def evaluate(
     if as_json:
         print_json([evaluation.summary() for evaluation in done])
     elif leaderboard:
-        from agents.leaderboard import markdown
+        from agents.evaluation.leaderboard import markdown
 
         print(markdown(done), end="")
     else:
         out.print(cli_evaluate.table(done))
     if plot:
-        from agents.leaderboard import ordered
-        from agents.plots import plot_comparison
+        from agents.evaluation.evaluation_plots import plot_comparison
+        from agents.evaluation.leaderboard import ordered
 
         save(plot_comparison(ordered(done)), plot, as_json)
 

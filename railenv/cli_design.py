@@ -17,7 +17,7 @@ from railenv.models import Bogie, DualWheelset, Model
 
 if TYPE_CHECKING:
     import design
-    from design.feedback import Feedback
+    from design.loop.feedback import Feedback
 
 _ROWS = 20
 
@@ -77,8 +77,9 @@ def loop(model: Model, changes: dict[str, Any], choice: Choice) -> Loop:
 
 
 def _controller(model: Equipped, choice: Choice) -> Feedback:
-    from agents.yaw_rate import YawRateFeedback
-    from design.feedback import CONTROL_PERIOD, Feedback
+    from agents.controllers.yaw_rate import YawRateFeedback
+    from design.linear.linearization import CONTROL_PERIOD
+    from design.loop.feedback import Feedback
     from railenv.cli_evaluate import controllers
 
     if choice.name is not None:

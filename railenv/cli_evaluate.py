@@ -48,7 +48,7 @@ def evaluate(
 ) -> list[agents.Evaluation]:
     """Evaluate controllers; finished ones are kept in ``store`` and taken from there."""
     import agents
-    from agents.evaluation import Plan, load_evaluations, save_evaluations
+    from agents.evaluation.evaluation import Plan, load_evaluations, save_evaluations
 
     plan = Plan.quick() if quick else Plan()
     equipped = agents.equipped(model)  # type: ignore[arg-type]  # raises for other models
@@ -75,7 +75,7 @@ def evaluate(
 
 def table(evaluations: Sequence[agents.Evaluation]) -> Table:
     """Return the comparison as a table."""
-    from agents.leaderboard import columns, row
+    from agents.evaluation.leaderboard import columns, row
 
     shown = Table(title=f"{evaluations[0].vehicle}: critical speeds in m/s", padding=(0, 0))
     for title in columns(evaluations[0]):
@@ -89,7 +89,7 @@ def table(evaluations: Sequence[agents.Evaluation]) -> Table:
 def tune(kind: str, model: Model, out: Path, console: Console) -> None:
     """Design a controller of a kind as the shipped one was, and write it."""
     import agents
-    from agents.shipped import DESIGNS
+    from agents.learning.designs import DESIGNS
     from railenv import checks
 
     checks.known("kind of controller", [kind], list(DESIGNS))

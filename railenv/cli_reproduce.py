@@ -63,7 +63,7 @@ def run(
     import matplotlib as mpl
 
     mpl.use("Agg")
-    from agents.evaluation import Plan
+    from agents.evaluation.evaluation import Plan
     from agents.reproduction import HopfPush
     from design.reproduction import FULL, QUICK, first_page, reproduce, whole_report
     from design.reproduction.sections.claims import Claims

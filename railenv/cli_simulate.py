@@ -83,6 +83,6 @@ def simulate(
             shown.add_row(name, *(f"{value:.6g}" for value in values.values()))
         out.print(shown)
     if plot:
-        from design.plots import plot_response
+        from design.cycles.motion_plots import plot_response
 
         save(plot_response(response, names), plot, as_json)

@@ -57,7 +57,7 @@ def train(
 ) -> None:
     """Train a policy with Stable-Baselines3, or go on with a run."""
     import agents
-    from agents.recipe import recipe
+    from agents.learning.recipe import recipe
 
     shown = Console(stderr=True).is_terminal
     if resume:

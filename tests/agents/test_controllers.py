@@ -10,7 +10,7 @@ import pytest
 import agents
 import design
 import railenv
-from agents.files import ControllerFile, write
+from agents.controllers.files import ControllerFile, write
 from railenv.errors import ParameterError, UnknownNameError
 
 

@@ -11,9 +11,9 @@ import pytest
 import agents
 import design
 import railenv
-from agents.evaluation import Plan, written
-from agents.leaderboard import markdown
-from agents.nonlinear import amplitudes
+from agents.evaluation.evaluation import Plan, written
+from agents.evaluation.leaderboard import markdown
+from agents.evaluation.nonlinear import amplitudes
 from railenv.errors import ParameterError, UnknownNameError
 from tests.pages import DOCS, script
 
@@ -141,9 +141,11 @@ def test_speeds_are_written_as_what_they_are():
 
 
 def test_plots_say_what_they_show(passive, coach, tmp_path):
-    from agents.diagram import closed_loop_diagram
-    from agents.growth import linear_growth_rates
-    from agents.plots import plot_comparison, plot_growth, plot_histories
+    from agents.evaluation.diagram import closed_loop_diagram
+    from agents.evaluation.evaluation_plots import plot_comparison
+    from agents.evaluation.growth import linear_growth_rates
+    from agents.evaluation.growth_plots import plot_growth
+    from agents.evaluation.rollout_plots import plot_histories
 
     damper = agents.YawRateFeedback.design(coach, gain=1e5)
     both, speeds = {"passive": None, "damper": damper}, [60.0, 100.0, 140.0]

@@ -9,10 +9,10 @@ import pytest
 import agents
 import design
 import railenv
-from agents.files import ControllerFile
-from agents.memory import Memory, MemorySettings
-from agents.network import Network, Normalization
-from agents.scheduled import readings_of
+from agents.controllers.files import ControllerFile
+from agents.controllers.memory import Memory, MemorySettings
+from agents.controllers.network import Network, Normalization
+from agents.controllers.scheduled import readings_of
 
 PERIOD = 0.005
 FULL = MemorySettings(history=2, corners=(0.5, 4.0), past_commands=2)

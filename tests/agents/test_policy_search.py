@@ -6,14 +6,14 @@ import pytest
 import agents
 import design
 import railenv
-from agents.family import Family
-from agents.lessons import TINY, Lessons
-from agents.memory import MemorySettings
-from agents.policy_search import _best, _Judged, _Search, search_policy
-from agents.policy_start import Aim, Target, _plant, _slowest
-from agents.rollout import Case
-from agents.scheduled import readings_of
-from agents.shipped import SEED
+from agents.controllers.memory import MemorySettings
+from agents.controllers.scheduled import readings_of
+from agents.evaluation.rollout import Case
+from agents.learning.designs import SEED
+from agents.learning.lessons import TINY, Lessons
+from agents.learning.policy_search import _best, _Judged, _Search, search_policy
+from agents.learning.policy_start import Aim, Target, _plant, _slowest
+from agents.tuning.family import Family
 
 pytest.importorskip("cma", reason="needs the extra rl")
 

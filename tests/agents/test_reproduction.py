@@ -8,8 +8,8 @@ import pytest
 
 import agents
 import railenv
-from agents.evaluation import Plan
-from agents.leaderboard import markdown, push
+from agents.evaluation.evaluation import Plan
+from agents.evaluation.leaderboard import markdown, push
 from agents.reproduction import HopfPush
 from design.reproduction import QUICK, reproduce
 from railenv.errors import ParameterError

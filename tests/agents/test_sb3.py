@@ -17,7 +17,7 @@ from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import VecEnv, VecMonitor, VecNormalize
 
-from agents.sb3 import HuntingVecEnv
+from agents.learning.sb3 import HuntingVecEnv
 
 IDS = ("railenv/Bogie-v0", "railenv/DualWheelset-v0")
 BOGIE, DUAL = IDS

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 import agents
 import railenv
-from agents.recipe import Curriculum, Evaluation, Recipe, environment_keywords, recipe
+from agents.learning.recipe import Curriculum, Evaluation, Recipe, environment_keywords, recipe
 from railenv import cli
 
 pytest.importorskip("stable_baselines3")
@@ -25,11 +25,11 @@ import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecNormalize
 
-from agents import checkpoints, trainer
-from agents.memory import MemorySettings
-from agents.memory_env import MemoryVecEnv
-from agents.sb3 import HuntingVecEnv
-from agents.trainer import Trainer
+from agents.controllers.memory import MemorySettings
+from agents.learning import checkpoints, trainer
+from agents.learning.memory_env import MemoryVecEnv
+from agents.learning.sb3 import HuntingVecEnv
+from agents.learning.trainer import Trainer
 
 BOGIE, DUAL = "railenv/Bogie-v0", "railenv/DualWheelset-v0"
 

@@ -6,10 +6,10 @@ import pytest
 import agents
 import design
 import railenv
-from agents.family import Family
-from agents.output_feedback import Filters, basis
-from agents.scheduled import readings_of
-from agents.tuning_gradient import Goal, _Objective
+from agents.controllers.output_feedback import Filters, basis
+from agents.controllers.scheduled import readings_of
+from agents.tuning.family import Family
+from agents.tuning.tuning_gradient import Goal, _Objective
 from railenv.errors import ParameterError
 from tests.pages import DOCS
 

@@ -180,7 +180,7 @@ def test_running_away_of_the_period_ends_the_branch_with_what_was_computed():
 
 
 def test_an_interrupted_branch_keeps_its_points_and_can_be_resumed(monkeypatch):
-    from design.continuation import CycleContinuation
+    from design.cycles.continuation import CycleContinuation
 
     model = exact.hopf_normal_form(l1=1.0, l2=-1.0)
     whole = design.cycle_branch(model, parameter_range=(9.0, 10.5))

@@ -7,7 +7,7 @@ from scipy.linalg import solve_discrete_are, solve_discrete_lyapunov
 import agents
 import design
 import railenv
-from design.regulator import scales
+from design.linear.regulator import scales
 from railenv.errors import ParameterError, UnknownNameError
 
 COACH = railenv.Equipped(railenv.Bogie(railenv.HIGH_SPEED_COACH))

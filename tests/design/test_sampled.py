@@ -9,7 +9,7 @@ import pytest
 import agents
 import design
 import railenv
-from agents.scheduled import readings_of
+from agents.controllers.scheduled import readings_of
 from railenv.errors import ParameterError, UnknownNameError
 
 

@@ -12,8 +12,8 @@ from typer.testing import CliRunner
 
 import design
 import railenv
-from design.feedback import as_feedback
-from design.store import checked
+from design.loop.feedback import as_feedback
+from design.studies.store import checked
 from railenv import cli
 
 RADII = [700.0, 2000.0, 8000.0, math.inf]
@@ -113,7 +113,7 @@ def test_a_cluster_of_dask_gives_the_same_map(chart, coach):
     )
     with cluster, distributed.Client(cluster) as client, joblib.parallel_config(backend="dask"):
         found = design.stability_map(coach, {"radius": RADII, "conicity": CONICITIES}, cant=0.05)
-        ran = client.run(lambda: "design.map_cells" in __import__("sys").modules)
+        ran = client.run(lambda: "design.studies.map_cells" in __import__("sys").modules)
     assert any(ran.values())  # in the cluster, not here
     np.testing.assert_array_equal(found.critical_speed, chart.critical_speed)
 
@@ -179,8 +179,8 @@ def test_a_map_continues_from_its_store_and_refuses_another(coach, tmp_path):
 
 def test_controllers_are_known_by_what_they_do(equipped):
     def settings(controller):
-        function = design.map_cells.CellFunction(
-            design.places.Place(equipped, math.inf, 0.0),
+        function = design.studies.map_cells.CellFunction(
+            design.cycles.places.Place(equipped, math.inf, 0.0),
             ("radius", "cant"),
             "growth",
             50.0,

@@ -12,7 +12,7 @@ import pytest
 
 import design
 import railenv
-from design.store import Store
+from design.studies.store import Store
 
 
 def squares(cells):

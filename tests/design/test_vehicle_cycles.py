@@ -254,7 +254,7 @@ def test_simulated_diagram_shows_the_stable_motions_of_the_branch(cooperrider, c
 def test_an_interrupted_diagram_keeps_its_radii(coach, monkeypatch):
     import sys
 
-    module = sys.modules["design.diagram"]
+    module = sys.modules["design.cycles.diagram"]
     one = module._one_curve
 
     def interrupted(model, speeds, radius, *rest):
