@@ -3,8 +3,8 @@
 >>> import agents, railenv
 >>> controller = agents.LQR.design(railenv.Bogie(railenv.HIGH_SPEED_COACH), speed=160.0)
 
-``agents.train`` trains policies, and ``agents.learning.sb3`` gives the vector environments to Stable-Baselines3
-(extra ``rl``). The name ``agents`` is used by other distributions too; ``__distribution__`` tells this
+``agents.train`` trains policies, and ``agents.learning.sb3`` gives the vector environments to
+Stable-Baselines3 (extra ``rl``). The name ``agents`` is used by other distributions too; ``__distribution__`` tells this
 one.
 """
 

@@ -10,7 +10,7 @@ import pytest
 
 import agents
 import railenv
-from tests.agents.test_learned import policy
+from tests.agents.controllers.test_learned import policy
 from tests.pages import ROOT
 from tests.sources import PACKAGES, imports
 

@@ -47,7 +47,8 @@ class LearnedPolicy(Controller):
 
         clip(base + authority clip(network(observation, its history, features), -1, 1), -1, 1)
 
-    with the features of :class:`agents.controllers.memory.Memory`. ``base`` is zero without a base controller.
+    with the features of :class:`agents.controllers.memory.Memory`. ``base`` is zero without a base
+    controller.
 
     Attributes
     ----------

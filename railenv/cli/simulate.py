@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Annotated
 
@@ -10,24 +9,23 @@ import typer
 from rich.table import Table
 
 import railenv
-from railenv.cli_common import assignments, model_of, out, print_json, save
-from railenv.cli_options import (
-    CantOption,
+from railenv.cli.common import assignments, model_of, out, print_json, save
+from railenv.cli.options import (
+    CurveOptions,
     JsonOption,
-    ModelOption,
     PlotOption,
-    RadiusOption,
     SetOption,
-    VehicleOption,
+    VehicleOptions,
+    with_groups,
 )
 
 
+@with_groups
 def simulate(
+    *,
     speed: Annotated[float, typer.Option("--speed", "-s", help="Forward speed, m/s.")],
-    vehicle: VehicleOption = "HIGH_SPEED_COACH",
-    model: ModelOption = "bogie",
-    radius: RadiusOption = math.inf,
-    cant: CantOption = 0.0,
+    plant: VehicleOptions,
+    curve: CurveOptions,
     duration: Annotated[float, typer.Option(help="Time simulated, s.")] = 10.0,
     perturb: Annotated[
         list[str] | None,
@@ -47,14 +45,14 @@ def simulate(
     """Simulate a vehicle from its running equilibrium, perturbed, and report how the motion ends."""
     import numpy as np
 
-    built = model_of(model, vehicle, changes)
+    built = model_of(plant, changes)
     names = show or [built.state_names[0]]
     railenv.checks.known("state in --show", names, built.state_names)
     response = railenv.simulate(
         built,
         speed=speed,
-        radius=radius,
-        cant=cant,
+        radius=curve.radius,
+        cant=curve.cant,
         duration=duration,
         perturbation=assignments(perturb, "--perturb"),
         step=step,

@@ -1,17 +1,25 @@
-"""What ``railenv bifurcation`` computes and shows."""
+"""``railenv bifurcation``: branches of limit cycles, and maps of where hunting occurs."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+import typer
 from rich import box
 from rich.table import Table
 
 from railenv import checks
+from railenv.cli.common import Found, err, model_of, report
+from railenv.cli.options import (
+    CurveOptions,
+    JsonOption,
+    PlotOption,
+    SetOption,
+    VehicleOptions,
+    with_groups,
+)
 from railenv.errors import ParameterError
 from railenv.models import Model
 
@@ -19,13 +27,41 @@ _ROWS = 20
 _BELOW = 0.97  # of the lowest speed of the branch, from which is simulated
 
 
-@dataclass(frozen=True)
-class Found:
-    """A result of the command: plain data, what to print, and how to draw it."""
-
-    summary: dict[str, Any]
-    shown: list[Any]
-    draw: Callable[[], Any]
+@with_groups
+def bifurcation(
+    *,
+    plant: VehicleOptions,
+    curve: CurveOptions,
+    lowest: Annotated[
+        float | None, typer.Option(help="Lowest speed, m/s; 3, or near the fold to simulate.")
+    ] = None,
+    highest: Annotated[
+        float | None, typer.Option(help="Highest speed, m/s; 1.2 times the Hopf point's if left out.")
+    ] = None,
+    points: Annotated[int, typer.Option(min=2, help="Most points of the branch.")] = 150,
+    chart: Annotated[
+        str | None,
+        typer.Option("--map", help="Hopf points and folds over a parameter, as conicity=0.03:0.1:8."),
+    ] = None,
+    simulated: Annotated[
+        int,
+        typer.Option(min=0, help="Simulate too, at so many speeds, from a small and a large start."),
+    ] = 0,
+    state: Annotated[str | None, typer.Option(help="State to report and draw; the first.")] = None,
+    changes: SetOption = None,
+    plot: PlotOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Follow the limit cycles from the Hopf point through their fold; or map where hunting occurs."""
+    built = model_of(plant, changes)
+    show = not as_json and err.is_terminal
+    if chart is not None:
+        found = hunting_map(built, chart, curve.radius, curve.cant, show)
+    else:
+        found = branch(
+            built, curve.radius, curve.cant, (lowest, highest), points, state, simulated, show
+        )
+    report(found, plot, as_json)
 
 
 def branch(

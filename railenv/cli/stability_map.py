@@ -1,22 +1,79 @@
-"""What ``railenv map`` computes and shows."""
+"""``railenv map``: stability over two parameters."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
+import typer
 from rich import box
 from rich.table import Table
 
-from railenv.cli_bifurcation import Found
+from railenv.cli import loops
+from railenv.cli.common import Found, assignments, err, model_of, report
+from railenv.cli.options import (
+    ControllerOption,
+    CurveOptions,
+    JsonOption,
+    PlotOption,
+    SetOption,
+    VehicleOptions,
+    with_groups,
+)
 from railenv.errors import ParameterError
 from railenv.models import Model
 
 _ROWS, _COLUMNS = 16, 6  # of the table that is shown
 
 
+@with_groups
 def stability_map(
+    *,
+    x: Annotated[
+        str,
+        typer.Option("--x", help="First parameter, as radius:500:20000:40:log or radius:500,1000,inf."),
+    ],
+    y: Annotated[str, typer.Option("--y", help="Second parameter, as conicity:0.05:0.4:40.")],
+    plant: VehicleOptions,
+    quantity: Annotated[
+        Literal["critical-speed", "damping", "growth"], typer.Option(help="What to map.")
+    ] = "critical-speed",
+    speed: Annotated[
+        float | None, typer.Option("--speed", "-s", help="Speed for damping and growth, m/s.")
+    ] = None,
+    curve: CurveOptions,
+    store: Annotated[
+        Path | None, typer.Option(help="Keep finished cells in this file; a rerun continues it.")
+    ] = None,
+    controller: ControllerOption = None,
+    jobs: Annotated[int, typer.Option(help="Processes; -1 is one for each processor.")] = -1,
+    changes: SetOption = None,
+    plot: PlotOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Map critical speed, damping or growth rate over two parameters, in parallel."""
+    loop = loops.loop(
+        model_of(plant, None),
+        assignments(changes, "--set"),
+        loops.Choice(controller),
+    )
+    found = _mapped(
+        loop.model,
+        loop.controller,
+        (x, y),
+        quantity=quantity,
+        speed=speed,
+        radius=curve.radius,
+        cant=curve.cant,
+        store=store,
+        n_jobs=jobs,
+        progress=not as_json and err.is_terminal,
+    )
+    report(found, plot, as_json)
+
+
+def _mapped(
     model: Model,
     controller: Any | None,
     texts: tuple[str, str],

@@ -1,49 +1,63 @@
-"""What ``railenv evaluate`` and ``railenv tune`` compute and show."""
+"""``railenv evaluate``: how fast a vehicle runs with each controller."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-from rich.console import Console
+import typer
 from rich.table import Table
 
-from railenv.errors import ParameterError
+from railenv.cli.common import model_of, out, print_json, save
+from railenv.cli.controllers import controllers as controllers_named
+from railenv.cli.options import JsonOption, PlotOption, SetOption, VehicleOptions, with_groups
 from railenv.models import Model
 
 if TYPE_CHECKING:
     import agents
 
 
-def controllers(names: Sequence[str]) -> dict[str, agents.Controller]:
-    """Return controllers by what they are called: shipped ones by name, others by their file's name.
-
-    Files of the same name in several folders go by their whole paths.
-
-    Raises
-    ------
-    ParameterError
-        If one is neither a shipped controller nor a file that holds one.
-    """
+@with_groups
+def evaluate(
+    *,
+    controllers: Annotated[
+        list[str] | None,
+        typer.Argument(help="Shipped controllers or files; all shipped ones when left out."),
+    ] = None,
+    plant: VehicleOptions,
+    changes: SetOption = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Tangent track and one curve only.")] = False,
+    store: Annotated[
+        Path | None, typer.Option(help="JSON file to keep evaluations in, and to go on from.")
+    ] = None,
+    leaderboard: Annotated[bool, typer.Option("--leaderboard", help="Print a Markdown table.")] = False,
+    plot: PlotOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Measure how fast a vehicle runs with each controller: linear, nonlinear, robust, on curves."""
     import agents
 
-    found: dict[str, agents.Controller] = {}
-    stems = [Path(name).stem for name in names]
-    for name, stem in zip(names, stems, strict=True):
-        if name in agents.shipped_names():
-            found[name] = agents.shipped(name)
-        elif Path(name).exists():
-            found[stem if stems.count(stem) == 1 else name] = agents.load(name)
-        else:
-            raise ParameterError(
-                f"controller {name!r} is neither a file nor shipped; shipped are "
-                f"{', '.join(agents.shipped_names())}"
-            )
-    return found
+    names = controllers or agents.shipped_names()
+    built = model_of(plant, changes)
+    quiet = as_json or leaderboard
+    done = evaluated(names, built, quick=quick, store=store, show_progress=not quiet)
+    if as_json:
+        print_json([evaluation.summary() for evaluation in done])
+    elif leaderboard:
+        from agents.evaluation.leaderboard import markdown
+
+        print(markdown(done), end="")
+    else:
+        out.print(table(done))
+    if plot:
+        from agents.evaluation.evaluation_plots import plot_comparison
+        from agents.evaluation.leaderboard import ordered
+
+        save(plot_comparison(ordered(done)), plot, as_json)
 
 
-def evaluate(
+def evaluated(
     names: Sequence[str], model: Model, *, quick: bool, store: Path | None, show_progress: bool
 ) -> list[agents.Evaluation]:
     """Evaluate controllers; finished ones are kept in ``store`` and taken from there."""
@@ -61,7 +75,7 @@ def evaluate(
         ]
         known = {e.controller: e for e in same}
     done: list[agents.Evaluation] = []
-    for name, controller in controllers(names).items():
+    for name, controller in controllers_named(names).items():
         kept = known.get(name)
         if kept is not None and dict(kept.about) == dict(getattr(controller, "about", {})):
             done.append(kept)
@@ -84,17 +98,3 @@ def table(evaluations: Sequence[agents.Evaluation]) -> Table:
     for evaluation in evaluations:
         shown.add_row(*row(evaluation))
     return shown
-
-
-def tune(kind: str, model: Model, out: Path, console: Console) -> None:
-    """Design a controller of a kind as the shipped one was, and write it."""
-    import agents
-    from agents.learning.designs import DESIGNS
-    from railenv import checks
-
-    checks.known("kind of controller", [kind], list(DESIGNS))
-    equipped = agents.equipped(model)  # type: ignore[arg-type]
-    with console.status(f"designing {kind} for {equipped.plant.vehicle.name}"):
-        controller = DESIGNS[kind](equipped)
-    controller.save(out)
-    console.print(f"wrote {out}", markup=False, highlight=False)

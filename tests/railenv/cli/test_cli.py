@@ -6,11 +6,13 @@ import subprocess
 import sys
 
 import pytest
+from typer.main import get_command
 from typer.testing import CliRunner
 
 import agents
 import railenv
-from railenv import cli, cli_evaluate
+from railenv import cli
+from railenv.cli.controllers import controllers
 
 runner = CliRunner()
 
@@ -215,7 +217,7 @@ def test_simulate_reports_growth_above_the_critical_speed_and_writes_all_states(
     "command", ["vehicles", "critical-speed", "locus", "margins", "simulate", "reproduce"]
 )
 def test_every_option_of_every_command_is_explained(command):
-    parameters = cli.typer.main.get_command(cli.app).commands[command].params
+    parameters = get_command(cli.app).commands[command].params
     assert parameters
     for parameter in parameters:
         assert getattr(parameter, "help", None), f"{command} {parameter.name}"
@@ -322,6 +324,6 @@ def test_controllers_in_files_of_the_same_name_are_told_apart(tmp_path):
         (tmp_path / folder).mkdir(exist_ok=True)
         agents.shipped(name).save(tmp_path / folder / ("other.npz" if folder == "." else "best.npz"))
     files = [str(tmp_path / file) for file in ("a/best.npz", "b/best.npz", "other.npz")]
-    found = cli_evaluate.controllers([*files, "lqr"])
+    found = controllers([*files, "lqr"])
     assert list(found) == [*files[:2], "other", "lqr"]
     assert [c.name for c in found.values()] == ["Passive", "YawRateFeedback", "LQG", "LQR"]

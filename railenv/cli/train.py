@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
+from railenv.cli.options import JsonOption
 from railenv.errors import ParameterError
 
 
@@ -53,7 +54,7 @@ def train(
     show: Annotated[
         bool, typer.Option("--show", help="Print the recipe as JSON and do not train.")
     ] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Train a policy with Stable-Baselines3, or go on with a run."""
     import agents

@@ -11,15 +11,20 @@ import typer
 from rich.markup import escape
 
 import railenv
-from railenv import (
-    cli_controllers,
-    cli_reproduce,
-    cli_simulate,
-    cli_stability,
-    cli_train,
-    cli_vehicles,
+from railenv.cli import (
+    bifurcation,
+    critical_speed,
+    evaluate,
+    locus,
+    margins,
+    reproduce,
+    simulate,
+    stability_map,
+    train,
+    tune,
+    vehicles,
 )
-from railenv.cli_common import err, out
+from railenv.cli.common import err, out
 from railenv.errors import RailenvError
 
 app = typer.Typer(
@@ -29,17 +34,17 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-app.command()(cli_vehicles.vehicles)
-app.command("critical-speed")(cli_stability.critical_speed)
-app.command()(cli_stability.locus)
-app.command()(cli_stability.margins)
-app.command()(cli_stability.bifurcation)
-app.command("map")(cli_stability.stability_map)
-app.command()(cli_simulate.simulate)
-app.command()(cli_controllers.evaluate)
-app.command()(cli_controllers.tune)
-app.command()(cli_reproduce.reproduce)
-app.command()(cli_train.train)
+app.command()(vehicles.vehicles)
+app.command("critical-speed")(critical_speed.critical_speed)
+app.command()(locus.locus)
+app.command()(margins.margins)
+app.command()(bifurcation.bifurcation)
+app.command("map")(stability_map.stability_map)
+app.command()(simulate.simulate)
+app.command()(evaluate.evaluate)
+app.command()(tune.tune)
+app.command()(reproduce.reproduce)
+app.command()(train.train)
 
 
 def main() -> None:
@@ -80,7 +85,3 @@ def foreign_package(name: str) -> str | None:
         f"Python finds {name!r} in {found}, which does not belong to railenv; another distribution or "
         f"folder of that name hides railenv's. Use an environment of its own for railenv"
     )
-
-
-if __name__ == "__main__":
-    main()

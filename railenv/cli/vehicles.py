@@ -10,8 +10,8 @@ from rich.table import Table
 
 import railenv
 from railenv import vehicles as vehicle_records
-from railenv.cli_common import out, print_json, vehicle_of
-from railenv.cli_options import JsonOption
+from railenv.cli.common import out, print_json, vehicle_of
+from railenv.cli.options import JsonOption
 from railenv.errors import ParameterError
 
 _NARROW: Any = {"box": box.SIMPLE, "padding": (0, 1, 0, 0), "pad_edge": False}

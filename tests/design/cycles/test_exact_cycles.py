@@ -9,8 +9,8 @@ import pytest
 import design
 import railenv
 from railenv.errors import ParameterError, UnknownNameError
-from tests.design import exact
-from tests.design.exact import MU
+from tests.design.cycles import exact
+from tests.design.cycles.exact import MU
 
 TIGHT = 1e-6
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +12,7 @@ from rich.console import Console
 
 import railenv
 from railenv import vehicles as vehicle_records
-from railenv.cli_options import ModelName
+from railenv.cli.options import VehicleOptions
 from railenv.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -20,6 +22,15 @@ out = Console()
 err = Console(stderr=True)
 
 
+@dataclass(frozen=True)
+class Found:
+    """A result of the command: plain data, what to print, and how to draw it."""
+
+    summary: dict[str, Any]
+    shown: list[Any]
+    draw: Callable[[], Any]
+
+
 def vehicle_of(name: str) -> railenv.Vehicle:
     """Return a shipped vehicle, or that of a TOML file."""
     if name.endswith(".toml"):
@@ -27,14 +38,14 @@ def vehicle_of(name: str) -> railenv.Vehicle:
     return vehicle_records.preset(name)
 
 
-def model_of(model: ModelName, vehicle: str, changes: list[str] | None) -> Model:
+def model_of(plant: VehicleOptions, changes: list[str] | None) -> Model:
     """Return the model of some options, with its parameters changed."""
     built: Model
-    if model == "cooperrider":
+    if plant.model == "cooperrider":
         built = railenv.CooperriderBogie()
     else:
-        kind = railenv.Bogie if model == "bogie" else railenv.DualWheelset
-        built = kind(vehicle_of(vehicle))
+        kind = railenv.Bogie if plant.model == "bogie" else railenv.DualWheelset
+        built = kind(vehicle_of(plant.vehicle))
     return built.replace(**assignments(changes, "--set")) if changes else built
 
 
@@ -63,7 +74,7 @@ def print_json(data: object) -> None:
     print(json.dumps(data, indent=2, allow_nan=False))
 
 
-def report(found: Any, plot: Path | None, as_json: bool) -> None:
+def report(found: Found, plot: Path | None, as_json: bool) -> None:
     """Print what a command found, as text or as JSON, and draw it."""
     if as_json:
         print_json(found.summary)

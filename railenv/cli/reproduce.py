@@ -13,7 +13,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from railenv.cli_common import err, out
+from railenv.cli.common import err, out
 from railenv.errors import ParameterError
 
 _STYLES = {"agrees": "green", "differs": "red", "open": "dim"}
