@@ -4,8 +4,8 @@
 >>> controller = agents.LQR.design(railenv.Bogie(railenv.HIGH_SPEED_COACH), speed=160.0)
 
 ``agents.train`` trains policies, and ``agents.learning.sb3`` gives the vector environments to
-Stable-Baselines3 (extra ``rl``). The name ``agents`` is used by other distributions too; ``__distribution__`` tells this
-one.
+Stable-Baselines3 (extra ``rl``). The name ``agents`` is used by other distributions too;
+``__distribution__`` tells this one.
 """
 
 from agents.controllers.controller import Controller, equipped

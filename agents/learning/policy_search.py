@@ -2,8 +2,8 @@
 
 An odd linear network on top of a base controller (:class:`agents.LearnedPolicy`) is judged by its
 returns over a fixed set of vehicles and speeds (:mod:`agents.learning.lessons`). It starts from weights
-that linear models suggest (:mod:`agents.learning.policy_start`). The covariance matrix adaptation is that
-of the package ``cma`` (extra ``rl``).
+that linear models suggest (:mod:`agents.learning.policy_start`). The covariance matrix adaptation is
+that of the package ``cma`` (extra ``rl``).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""How limit cycles, bifurcation diagrams and what simulation says of them are drawn."""
+"""How limit cycles and their branches are drawn."""
 
 from __future__ import annotations
 
