@@ -24,10 +24,11 @@ report: $(INSTALLED) ## write the whole reproduction report to results/ (minutes
 test: $(DEVELOPED) ## run the tests except those marked slow
 	$(BIN)/python -m pytest -n 2
 
-lint: $(DEVELOPED) ## check style, formatting and types
+lint: $(DEVELOPED) ## check style, formatting, types and the order of imports
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy railenv design agents
+	$(BIN)/lint-imports
 
 docs: $(DEVELOPED) ## regenerate the pages that are made from code and measurements
 	$(BIN)/railenv vehicles --markdown > docs/vehicles.md
@@ -53,7 +54,7 @@ kernels: $(DEVELOPED) ## regenerate railenv/kernels from railenv/equations
 	$(BIN)/python -m railenv.kernels.generate
 
 controllers: $(DEVELOPED) ## design, tune and learn the shipped controllers again (minutes)
-	for kind in $(CONTROLLERS); do $(BIN)/railenv tune $$kind --out agents/data/$$kind.npz; done
+	for kind in $(CONTROLLERS); do $(BIN)/railenv tune $$kind --out agents/controllers/data/$$kind.npz; done
 
 reliability: $(DEVELOPED) ## fuzz, damage files, run for hours; docs/reliability.md (15 minutes)
 	$(BIN)/python -m benchmarks.reliability.run
@@ -64,7 +65,7 @@ bench: $(DEVELOPED) ## run the benchmarks
 
 clean: ## remove results/, caches and build products (keeps the environment)
 	rm -rf results build dist site htmlcov .coverage .coverage.* coverage.xml
-	rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis *.egg-info
+	rm -rf .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis *.egg-info
 	find . -path ./$(VENV) -prune -o -type d -name __pycache__ -prune -exec rm -rf {} +
 
 # What a user installs; enough for demo and report.

@@ -62,7 +62,7 @@ BOXES = {
     "envs": Box(505, 5, 170, "envs", "Gymnasium, in lanes", "railenv/envs"),
     "design": Box(208, 6, 250, "design", "critical speeds, loci, limit cycles", "design"),
     "agents": Box(505, 6, 170, "agents", "Stable-Baselines3", "agents"),
-    "cli": Box(208, 7, 250, "command line, plots", "tables, JSON, pictures", "railenv/cli.py"),
+    "cli": Box(208, 7, 250, "command line, plots", "tables, JSON, pictures", "railenv/cli"),
 }
 """Stations, from the equations down to what a person sees."""
 

@@ -104,8 +104,8 @@ def test_wheel_has_the_packages_and_nothing_else(sdist, wheel):
     assert own == {name for name in files(sdist) if name.split("/")[0] in PACKAGES}
     data = {name for name in own if not name.endswith(".py")}
     assert {f"{package}/py.typed" for package in PACKAGES} < data
-    assert {f"agents/data/{name}.npz" for name in agents.shipped_names()} < data
-    assert {f"agents/hyperparams/{name}.yml" for name in ("ppo", "sac", "td3")} < data
+    assert {f"agents/controllers/data/{name}.npz" for name in agents.shipped_names()} < data
+    assert {f"agents/learning/hyperparams/{name}.yml" for name in ("ppo", "sac", "td3")} < data
     assert "design/reproduction/templates/page.html" in data
     assert "railenv/kernels/bogie.py" in own
     kinds = {Path(name).suffix for name in own}

@@ -1,4 +1,4 @@
-"""Which package may import which, and what an import costs."""
+"""What import-linter cannot say of imports: where they stand, and what they cost."""
 
 import subprocess
 import sys
@@ -20,23 +20,25 @@ HEAVY = (
 )
 
 
-def crossing(package, others):
-    """Imports of other packages in one package."""
-    return [
-        i for i in imports() if i.file.startswith(f"{package}/") and i.name.partition(".")[0] in others
+def test_only_functions_of_commands_import_what_stands_above_railenv():
+    """That nothing else of ``railenv`` does is a contract of import-linter (``make lint``)."""
+    above = [
+        i
+        for i in imports()
+        if i.file.startswith("railenv/cli/") and i.name.partition(".")[0] in ("design", "agents")
     ]
+    assert above
+    for i in above:
+        assert i.where in ("function", "typing"), i
 
 
-def test_railenv_knows_the_others_only_inside_its_commands():
-    found = crossing("railenv", {"design", "agents"})
-    assert found  # the commands do
-    for i in found:
-        command = i.file.startswith("railenv/cli") and i.where == "function"
-        assert command or i.where == "typing", i
-
-
-def test_design_does_not_know_agents():
-    assert crossing("design", {"agents"}) == []
+def test_drawing_is_imported_inside_functions():
+    """Data types are read, computed and sent to workers without it."""
+    drawing = [i for i in imports() if i.name.endswith("_plots")]
+    assert drawing
+    for i in drawing:
+        beside = i.file.endswith(("_plots.py", "/__init__.py")) or "/reproduction/" in i.file
+        assert i.where in ("function", "typing") or beside, i
 
 
 @pytest.mark.parametrize(

@@ -16,9 +16,9 @@ from hypothesis import strategies as st
 
 import agents
 import railenv
-from agents import recipe as recipes
-from agents.files import ControllerFile
-from agents.load import controller_of
+from agents.controllers.files import ControllerFile
+from agents.controllers.load import controller_of
+from agents.learning import recipe as recipes
 from benchmarks.reliability import values
 from benchmarks.reliability.fuzz import Area
 from benchmarks.reliability.values import ANYTHING, number, rarely
@@ -187,8 +187,8 @@ _VECTORS = st.fixed_dictionaries(
 @cache
 def _learned() -> agents.LearnedPolicy:
     """Return a small policy on top of a shipped controller."""
-    from agents.memory import Memory, MemorySettings
-    from agents.network import Network, Normalization
+    from agents.controllers.memory import Memory, MemorySettings
+    from agents.controllers.network import Network, Normalization
 
     base: Any = agents.shipped("yaw-rate")
     memory = MemorySettings(history=1, corners=(1.0,), past_commands=1)
@@ -304,7 +304,7 @@ def _replace_array(arrays: dict[str, Any], name: str, change: Any) -> None:
 
 
 def _controller_file(content: ControllerFile) -> None:
-    from agents.files import write
+    from agents.controllers.files import write
 
     path = _FOLDER / "controller.npz"
     write(path, content)

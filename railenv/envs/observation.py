@@ -23,7 +23,7 @@ class Reading(NamedTuple):
     scale : float
         What the quantity is divided by: its size in strong hunting.
     signal : str
-        The same quantity (without noise) among the signals of :mod:`design.feedback`.
+        The same quantity (without noise) among the signals of :mod:`design.loop.feedback`.
     """
 
     name: str

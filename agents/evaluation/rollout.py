@@ -1,0 +1,240 @@
+"""Runs of a controlled vehicle: many cases side by side, in the environments' own kernel."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agents.controllers.controller import Controller
+from railenv import Actuator, Equipped, Sensors, checks
+from railenv.envs.episodes import Episode
+from railenv.envs.fleet import Fleet
+from railenv.envs.settings import LOWEST_SPEED, Settings
+from railenv.errors import EquilibriumError, ParameterError
+from railenv.irregularity import Level
+
+Array = NDArray[np.float64]
+
+_EVER = 1e12  # m, farther than any run goes
+_SCALAR_BELOW = 3  # cases up to which the scalar kernel is faster
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run's conditions.
+
+    Attributes
+    ----------
+    speed : float
+        m/s.
+    radius, cant : float
+        m (``math.inf`` on tangent track), rad.
+    offset : float
+        m, lateral, of all bodies at the start.
+    vehicle : mapping of str to float
+        Changes of the vehicle (:meth:`railenv.Vehicle.replace`).
+    roughness : float
+        Factor on the track's irregularity, if it has any.
+    """
+
+    speed: float
+    radius: float = math.inf
+    cant: float = 0.0
+    offset: float = 0.0
+    vehicle: Mapping[str, float] = field(default_factory=dict)
+    roughness: float = 1.0
+
+
+@dataclass(frozen=True)
+class Track:
+    """What the runs of a rollout run on.
+
+    Attributes
+    ----------
+    irregularity : {"low", "high"}, optional
+        Level of ERRI B176; none when left out.
+    noise : bool
+        Whether sensors have noise and bias.
+    seed : int
+        Of noise, biases and the place on the line, each case having its own.
+    repeats_after : int, optional
+        After so many cases noise, biases and places begin again: what is compared meets the same.
+    """
+
+    irregularity: Level | None = None
+    noise: bool = False
+    seed: int = 0
+    repeats_after: int | None = None
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Recorded motion.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n_times,)
+        s.
+    states : ndarray, shape (n_times, n_cases, n_names)
+    names : tuple of str
+        Recorded states of the equipped model.
+    derailed : ndarray of bool, shape (n_cases,)
+        Whether a case derailed at any time; it is followed on nevertheless.
+    """
+
+    time: Array
+    states: Array
+    names: tuple[str, ...]
+    derailed: NDArray[np.bool_]
+
+    def __getitem__(self, name: str) -> Array:
+        """Return one state, shape (n_times, n_cases)."""
+        checks.known("state", [name], self.names)
+        return self.states[:, :, self.names.index(name)]
+
+
+class Rollout:
+    """Some cases of a vehicle under one controller.
+
+    Parameters
+    ----------
+    model : Equipped
+    controller : Controller or None
+        None commands nothing.
+    cases : sequence of Case
+    track : Track, optional
+        Smooth, with ideal readings, when left out.
+    like : Controller, optional
+        A controller that takes over later: the observation and the control period are its own.
+    time_step : float
+        Of the integration, s.
+
+    Raises
+    ------
+    EquilibriumError
+        If a case has no running equilibrium to start from.
+    """
+
+    def __init__(
+        self,
+        model: Equipped,
+        controller: Controller | None,
+        cases: Sequence[Case],
+        track: Track | None = None,
+        *,
+        like: Controller | None = None,
+        time_step: float = 1e-3,
+    ) -> None:
+        if not cases:
+            raise ParameterError("cases is empty; a rollout needs at least one case")
+        self.track = Track() if track is None else track
+        self.cases = tuple(cases)
+        self.controller = controller
+        settings = _settings(model, controller or like, self.cases, self.track, time_step)
+        n = len(self.cases)
+        self.fleet = Fleet(settings, n, 1 if n < _SCALAR_BELOW else 16)
+        self.derailed = np.zeros(n, dtype=bool)
+        self._idle = np.zeros((n, self.fleet.n_actuators))
+        for i, case in enumerate(self.cases):
+            self.fleet.start(i, _episode(settings, case, self.track, i))
+        if controller is not None:
+            controller.reset(n)
+
+    @property
+    def period(self) -> float:
+        """Control period, s."""
+        return self.fleet.settings.control_period
+
+    def step(self) -> None:
+        """Advance all cases by one control period."""
+        actions = self._idle
+        if self.controller is not None:
+            actions = np.asarray(self.controller.act(self.fleet.observations), dtype=float)
+        self.fleet.step(actions.reshape(self._idle.shape))
+        self.derailed |= self.fleet.terms[:, 5] > 0.0
+
+    def run(self, duration: float, names: Sequence[str] = ("y_w1",), every: int = 1) -> Motion:
+        """Advance by a duration (s) and record some states, every so many control periods."""
+        states = self.fleet.model.state_names
+        checks.known("state", names, states)
+        columns = [states.index(name) for name in names]
+        steps = round(duration / self.period)
+        rows = [self.fleet.all_states()[:, columns]]
+        for k in range(1, steps + 1):
+            self.step()
+            if k % every == 0:
+                rows.append(self.fleet.all_states()[:, columns])
+        time = np.arange(len(rows), dtype=float) * (every * self.period)
+        return Motion(time, np.array(rows), tuple(names), self.derailed.copy())
+
+
+def startable(model: Equipped, cases: Sequence[Case]) -> list[bool]:
+    """Return for each case whether it has a running equilibrium that a rollout can start from."""
+    track = Track()
+    settings = _settings(model, None, cases, track, 1e-3)
+    fleet = Fleet(settings, 1, 1)
+    found = []
+    for case in cases:
+        try:
+            fleet.start(0, _episode(settings, case, track, 0))
+        except EquilibriumError:
+            found.append(False)
+        else:
+            found.append(True)
+    return found
+
+
+def _settings(
+    model: Equipped,
+    controller: Controller | None,
+    cases: Sequence[Case],
+    track: Track,
+    time_step: float,
+) -> Settings:
+    sensors: Sensors = model.sensors
+    if not track.noise:
+        quiet: dict[str, Any] = dict.fromkeys(
+            ("accelerometer_noise", "gyro_noise", "accelerometer_bias", "gyro_bias"), 0.0
+        )
+        sensors = sensors.replace(**quiet)
+    actuator: Actuator = model.actuator
+    speeds = [case.speed for case in cases]
+    return Settings(
+        plant="bogie" if model.plant.name == "bogie" else "dual_wheelset",
+        vehicle=model.plant.vehicle,
+        actuator=model.place,
+        actuator_model=actuator,
+        sensors=sensors,
+        observation="sensors" if controller is None else controller.observation,
+        speed_range=(max(LOWEST_SPEED, min(speeds)), max(speeds)),
+        control_period=getattr(controller, "period", 0.005),
+        irregularity=track.irregularity,
+        time_step=time_step,
+    )
+
+
+def _episode(settings: Settings, case: Case, track: Track, i: int) -> Episode:
+    own = i if track.repeats_after is None else i % track.repeats_after
+    rng = np.random.default_rng([track.seed, own])
+    speed = checks.number("speed of a case", case.speed, low=LOWEST_SPEED, unit="m/s")
+    vehicle = settings.vehicle.replace(**case.vehicle) if case.vehicle else settings.vehicle
+    return Episode(
+        speed=speed,
+        curvature=checks.curvature(case.radius),
+        cant=checks.cant(case.cant),
+        plan=(-2.0, -1.0, _EVER, 2.0 * _EVER),
+        vehicle=vehicle,
+        creep_factor=float(case.vehicle.get("creep_factor", 1.0)),
+        irregularity_factor=0.0
+        if track.irregularity is None
+        else checks.number("roughness", case.roughness, low=0.0),
+        line_offset=float(rng.uniform(0.0, 1e4)),
+        offset=checks.number("offset of a case", case.offset, low=-0.02, high=0.02, unit="m"),
+        biases=rng.standard_normal(4),
+        noise_seed=int(rng.integers(2**63)),
+    )

@@ -1,0 +1,231 @@
+"""Tuning of structured output feedback by the gradient of the worst growth rate.
+
+Vehicles of several conicities at speeds up to a target make a family of linear plants. An eigenvalue's
+derivative with respect to the gains is known from its eigenvectors where the loop closes. So the worst
+growth rate of the family, as a soft maximum, is minimised with its gradient. The target speed rises as
+long as every plant of the family can be kept stable.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import optimize
+
+from agents.controllers.output_feedback import GAINS, Filters, OutputFeedback, basis
+from agents.controllers.scheduled import CONTROL_PERIOD, readings_of
+from agents.tuning.family import Family
+from railenv import Equipped
+from railenv.errors import ParameterError
+from railenv.threads import one_blas_thread
+
+Array = NDArray[np.float64]
+
+_UNITS = np.array([1e4, 1e5, 1e5, 1e6])  # of the four gains, so that the search sees like sizes
+_SHARPNESS = 4.0  # s, of the soft maximum of decay rates
+_TOP = 4  # slowest modes of each plant that count
+_FLOOR = 1e-12
+
+
+@dataclass(frozen=True, kw_only=True)
+class Goal:
+    """What the tuning asks for.
+
+    Attributes
+    ----------
+    conicities : tuple of float
+    speeds : tuple of float
+        m/s; the target speed is added.
+    decay : float
+        Rate (1/s) at which every motion of every plant has to decay.
+    noise : float
+        Moment (share of the limit) that the sensors' noise alone may command.
+    """
+
+    conicities: tuple[float, ...] = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4)
+    speeds: tuple[float, ...] = (20.0, 30.0, 40.0, 55.0, 70.0, 85.0, 100.0, 115.0, 130.0, 145.0)
+    decay: float = 0.3
+    noise: float = 0.08
+
+
+class _Objective:
+    """Soft maximum of the growth rates of a family, with its gradient in the scheduled gains."""
+
+    def __init__(
+        self, family: Family, parts: tuple[Array, ...], nodes: Array, goal: Goal, noise: Array
+    ) -> None:
+        self.family, self.goal = family, goal
+        self.parts = parts
+        self.noise = noise
+        # shares of the nodes' gains at each plant's speed
+        clipped = np.clip(family.speed, nodes[0], nodes[-1])
+        self.shares = np.array([np.interp(clipped, nodes, row) for row in np.eye(len(nodes))]).T
+        A, B, _, _ = parts
+        q, n, k = len(family.A), family.A.shape[1], len(A)
+        self.fixed = np.zeros((q, n + k, n + k))
+        self.fixed[:, :n, :n] = family.A
+        self.fixed[:, n:, :n] = B @ family.S
+        self.fixed[:, n:, n:] = A
+        self.n, self.k = n, k
+
+    def rates(self, x: Array, period: float) -> tuple[Array, Array]:
+        """Return growth rates (q, top) and their derivatives (q, top, gains)."""
+        _, _, C, D = self.parts
+        gains = self.shares @ (x.reshape(-1, len(GAINS)) * _UNITS)
+        rows = np.concatenate([D @ self.family.S, C], axis=2)  # (4, m, n + k)
+        M = self.fixed.copy()
+        M[:, : self.n] += self.family.B @ np.einsum("qi,imz->qmz", gains, rows)
+        values, right = np.linalg.eig(M)
+        order = np.argsort(-np.abs(values), axis=1)[:, :_TOP]
+        left = np.linalg.inv(right)
+        mu = np.take_along_axis(values, order, 1)
+        v = np.take_along_axis(right, order[:, None, :], 2)  # (q, z, top)
+        w = np.take_along_axis(left, order[:, :, None], 1)[:, :, : self.n]  # (q, top, n)
+        into = w @ self.family.B  # (q, top, m)
+        seen = np.einsum("imz,qzt->qtim", rows, v)
+        slope = np.einsum("qtm,qtim->qti", into, seen) / mu[:, :, None]
+        rates = np.log(np.maximum(np.abs(mu), _FLOOR)) / period
+        return rates, slope.real / period
+
+    def __call__(self, x: Array, period: float) -> tuple[float, Array]:
+        rates, slopes = self.rates(x, period)
+        top = rates.max()
+        weight = np.exp(_SHARPNESS * (rates - top))
+        total = weight.sum()
+        value = top + np.log(total) / _SHARPNESS
+        per_plant = np.einsum("qt,qti->qi", weight / total, slopes)
+        gradient = (self.shares.T @ per_plant) * _UNITS
+        # noise commanded at each node, beyond what is allowed
+        gains = x.reshape(-1, len(GAINS)) * _UNITS
+        commanded = np.sqrt((np.square(gains) * self.noise).sum(axis=1)) + 1e-12
+        excess = np.maximum(commanded - self.goal.noise, 0.0)
+        value += 1e2 * float((excess**2).sum())
+        gradient += 2e2 * (excess / commanded)[:, None] * gains * self.noise * _UNITS
+        return float(value), gradient.ravel()
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """Result of a tuning.
+
+    Attributes
+    ----------
+    controller : OutputFeedback
+    target : float
+        Highest speed (m/s) for which the goal was met.
+    evaluations : int
+        Closed-loop families that were looked at: the tuning's budget.
+    """
+
+    controller: OutputFeedback
+    target: float
+    evaluations: int
+
+
+def tune_output_feedback(
+    model: Equipped,
+    *,
+    filters: Filters | None = None,
+    nodes: Sequence[float] = (20.0, 60.0, 100.0, 140.0, 180.0),
+    goal: Goal | None = None,
+    start: float = 110.0,
+    step: float = 5.0,
+    highest: float = 300.0,
+    iterations: int = 150,
+    period: float = CONTROL_PERIOD,
+    seed: int = 0,
+) -> Tuned:
+    """Tune the gains of an :class:`agents.OutputFeedback` for the highest robust critical speed.
+
+    Parameters
+    ----------
+    model : Equipped
+        With a single actuator.
+    filters : Filters, optional
+    nodes : sequence of float
+        Speeds between which gains are linear, m/s; they are held beyond the target that was reached.
+    goal : Goal, optional
+    start, step, highest : float
+        Target speeds that are tried, m/s.
+    iterations : int
+        Of the quasi-Newton method, for each target.
+    period : float
+        Control period, s.
+    seed : int
+        Of the gains that the search starts from.
+
+    Returns
+    -------
+    Tuned
+
+    Raises
+    ------
+    ParameterError
+        If not even the first target can be met.
+    """
+    wanted = Goal() if goal is None else goal
+    f = Filters() if filters is None else filters
+    readings = readings_of(model, "sensors", period)
+    signals = [reading.signal for reading in readings]
+    parts = basis(model, readings, f, period)
+    s = model.sensors
+    # variance that each gain lets through, in shares of the limit; low-passed noise is less
+    shares = [1.0, _passed(f.acceleration, period), 1.0, _passed(f.yaw_rate, period)]
+    levels = [s.accelerometer_noise, s.accelerometer_noise, s.gyro_noise, s.gyro_noise]
+    noise = np.square(levels) * shares / model.actuator.limit**2
+    knots = np.asarray(nodes, dtype=float)
+    x = _start(model, knots, seed)
+    evaluations, best, reached = 0, None, 0.0
+    target = start
+    with one_blas_thread():
+        base = Family.of(model, signals, wanted.conicities, wanted.speeds, period)
+        while target <= highest:
+            extra = np.arange(max(wanted.speeds) + 10.0, target, 10.0).tolist()
+            more = Family.of(model, signals, wanted.conicities, [*extra, target], period)
+            below = base.speed < target
+            family = Family(base.A[below], base.B[below], base.S, base.speed[below]).joined(more)
+            objective = _Objective(family, parts, knots, wanted, noise)
+            found = optimize.minimize(
+                objective,
+                x,
+                args=(period,),
+                jac=True,
+                method="L-BFGS-B",
+                options={"maxiter": iterations},
+            )
+            evaluations += int(found.nfev)
+            if objective.rates(found.x, period)[0].max() > -wanted.decay:
+                break
+            best, reached, x = found.x, target, found.x
+            target += step
+    if best is None:
+        raise ParameterError(
+            f"start is {start:g} m/s; with these filters the family cannot be kept stable up to there"
+        )
+    about = {"goal": asdict(wanted), "target": reached, "evaluations": evaluations, "seed": seed}
+    gains = best.reshape(-1, len(GAINS)) * _UNITS
+    # beyond the target nothing was asked of the gains: they stay what they are there
+    held = np.append(knots[knots < reached], reached)
+    gains = np.array([np.interp(held, knots, column) for column in gains.T]).T
+    controller = OutputFeedback.design(
+        model, speeds=held, gains=gains, filters=f, period=period, about=about
+    )
+    return Tuned(controller, reached, evaluations)
+
+
+def _start(model: Equipped, knots: Array, seed: int) -> Array:
+    """Return scaled gains near a plain yaw damper."""
+    rng = np.random.default_rng(seed)
+    gains = np.zeros((len(knots), len(GAINS)))
+    gains[:, 2] = -5e4
+    gains += 0.2 * rng.normal(size=gains.shape) * _UNITS * (seed > 0)
+    return (gains / _UNITS).ravel()
+
+
+def _passed(corner: float, period: float) -> float:
+    """Return the share of white noise's variance that a first-order low-pass filter lets through."""
+    share = 1.0 - np.exp(-2.0 * np.pi * corner * period)
+    return float(share / (2.0 - share))

@@ -1,0 +1,216 @@
+"""How mode shapes are drawn: a plan view of the bogie, bars, and an animation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import control
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.animation import FuncAnimation
+from numpy.typing import NDArray
+
+from design.style import NEUTRAL, STABLE, UNSTABLE, axes_or_new, drawn_on, style
+from railenv import checks
+from railenv.errors import ParameterError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from design.stability.mode_shape import ModeShape
+
+Array = NDArray[np.float64]
+
+_DARK = "#333333"
+_LARGEST_OFFSET = 0.28  # m, to which displacements are magnified
+_LARGEST_ANGLE = 0.22  # rad, likewise
+_OVERHANG = 0.9  # m of track beyond the axles
+_WHEEL = 0.42  # m, length of a wheel in plan view
+_VISIBLE = 1e-3  # of the largest displacement
+
+
+def plot_bars(shape: ModeShape, ax: Axes | None = None) -> control.ControlPlot:
+    """Draw magnitude of each displacement, with its phase written above."""
+    with style():
+        ax = axes_or_new(ax)
+        n = len(shape.names)
+        magnitude, phase = np.abs(shape.displacements), np.degrees(np.angle(shape.displacements))
+        ax.bar(range(n), magnitude, color=STABLE, width=0.7)
+        for i in np.flatnonzero(magnitude > _VISIBLE):
+            ax.text(float(i), magnitude[i] + 0.02, f"{phase[i] + 0.0:.0f}°", ha="center", fontsize=8)
+        ax.set_xticks(range(n), shape.names, rotation=45, ha="right")
+        ax.set_ylim(0.0, 1.15)
+        metric = shape.geometry is not None
+        ax.set_ylabel(f"magnitude ({'m and rad, ' if metric else ''}largest = 1)")
+        ax.set_title(f"{shape.model_name}: {shape.condition}")
+        ax.grid(axis="x", visible=False)
+        return drawn_on(ax)
+
+
+def plot_plan(shape: ModeShape, ax: Axes | None, phases: Sequence[float]) -> control.ControlPlot:
+    """Draw the bogie from above at some phases (degrees); roll is written as text."""
+    chosen = [checks.number("phase", phase, unit="degrees") for phase in phases]
+    if not chosen:
+        raise ParameterError("phases is empty; give at least one phase, in degrees")
+    with style():
+        if ax is not None:
+            _Plan(shape, ax).draw(math.radians(chosen[0]))
+            ax.set_title(_title(shape))
+            return drawn_on(ax)
+        rows = math.ceil(len(chosen) / 2)
+        columns = min(2, len(chosen))
+        figure, axes = plt.subplots(
+            rows, columns, figsize=(4.2 * columns, 0.9 + 2.6 * rows), squeeze=False
+        )
+        for place, phase in zip(axes.flat, chosen, strict=False):
+            plan = _Plan(shape, place)
+            plan.draw(math.radians(phase))
+            place.set_title(f"phase {phase:g}°: {plan.roll(math.radians(phase))}", fontsize=9)
+        for place in axes.flat[len(chosen) :]:
+            place.set_visible(False)
+        for place in axes[:-1].flat:
+            place.set_xlabel("")
+        for place in axes[:, 1:].flat:
+            place.set_ylabel("")
+        figure.suptitle(
+            _title(shape) + "\ndisplacements magnified; roll as a share of the largest displacement",
+            fontsize=10,
+            x=0.01,
+            ha="left",
+        )
+        lines = np.empty(axes.shape, dtype=object)
+        for index, place in np.ndenumerate(axes):
+            lines[index] = list(place.lines)
+        return control.ControlPlot(lines, axes, figure)
+
+
+def _title(shape: ModeShape) -> str:
+    return (
+        f"{shape.model_name}, {shape.condition}: {shape.frequency:.2f} Hz, damping ratio "
+        f"{shape.damping:+.4f}"
+    )
+
+
+class _Plan:
+    """A bogie seen from above; it runs to the right, left is up."""
+
+    def __init__(self, shape: ModeShape, ax: Axes) -> None:
+        assert shape.geometry is not None
+        self.shape = shape
+        self.a, self.b = shape.geometry.half_gauge, shape.geometry.half_wheelbase
+        # one factor for offsets and angles, as in a motion that is so much larger
+        self.factor = 1.0 / max(
+            self._largest("y") / _LARGEST_OFFSET, self._largest("psi") / _LARGEST_ANGLE, 1e-6
+        )
+        reach = self.b + _OVERHANG
+        for rail in (-self.a, self.a):
+            ax.plot([-reach, reach], [rail, rail], color=NEUTRAL, lw=2.5, zorder=1)
+        ax.plot([-reach, reach], [0.0, 0.0], color=NEUTRAL, lw=0.8, ls=":", zorder=1)
+        self.lines = {part: ax.plot([], [], **style)[0] for part, style in self._parts().items()}
+        ax.set_aspect("equal")
+        ax.set_xlim(-reach, reach)
+        ax.set_ylim(-self.a - 0.62, self.a + 0.62)
+        ax.grid(visible=False)
+        ax.set_xlabel("along the track (m)")
+        ax.set_ylabel("across (m)")
+
+    def _largest(self, kind: str) -> float:
+        chosen = [abs(self.shape[n]) for n in self.shape.names if n.split("_")[0] == kind]
+        return max(chosen, default=0.0)
+
+    def _parts(self) -> dict[str, dict[str, Any]]:
+        parts: dict[str, dict[str, Any]] = {}
+        if "y_b" in self.shape.names:
+            parts["b"] = {"color": _DARK, "lw": 2.0, "zorder": 2}
+        for body in ("w1", "w2"):
+            parts[f"{body} axle"] = {"color": STABLE, "lw": 2.2, "zorder": 3}
+            parts[f"{body} wheels"] = {
+                "color": STABLE,
+                "lw": 5.0,
+                "zorder": 4,
+                "solid_capstyle": "butt",
+            }
+            parts[f"{body} centre"] = {"color": UNSTABLE, "marker": "o", "ms": 4, "ls": "", "zorder": 5}
+        return parts
+
+    def draw(self, phase: float) -> list[Any]:
+        """Place the bodies at a phase (rad)."""
+        moved = dict(zip(self.shape.names, self.factor * self.shape.at(phase), strict=True))
+        for body, place in (("w1", self.b), ("w2", -self.b)):
+            y, psi = moved[f"y_{body}"], moved[f"psi_{body}"]
+            ends = [self._moved(place, y, psi, 0.0, side * self.a) for side in (-1.0, 1.0)]
+            self.lines[f"{body} axle"].set_data(*np.transpose(ends))
+            gap = [(math.nan, math.nan)]
+            wheels = [
+                [self._moved(place, y, psi, along * _WHEEL, side * self.a) for along in (-1.0, 1.0)]
+                for side in (-1.0, 1.0)
+            ]
+            self.lines[f"{body} wheels"].set_data(*np.transpose([*wheels[0], *gap, *wheels[1]]))
+            self.lines[f"{body} centre"].set_data([place], [y])
+        if "b" in self.lines:
+            self._frame(moved["y_b"], moved.get("psi_b", 0.0))
+        return list(self.lines.values())
+
+    def _frame(self, y: float, psi: float) -> None:
+        """Draw the frame as an H: two side beams and a cross beam."""
+        beam, end = 0.62 * self.a, 1.12 * self.b
+        corners = [(-end, beam), (end, beam), None, (-end, -beam), (end, -beam), None]
+        corners += [(0.0, -beam), (0.0, beam)]
+        points = [
+            (math.nan, math.nan) if c is None else self._moved(0.0, y, psi, c[0], c[1]) for c in corners
+        ]
+        self.lines["b"].set_data(*np.transpose(points))
+
+    @staticmethod
+    def _moved(place: float, y: float, psi: float, along: float, across: float) -> tuple[float, float]:
+        """Return where a point of a body lies that has shifted by y and yawed by psi."""
+        cos, sin = math.cos(psi), math.sin(psi)
+        return place + along * cos - across * sin, y + along * sin + across * cos
+
+    def roll(self, phase: float) -> str:
+        """Say how the bodies roll, relative to the largest displacement."""
+        moved = dict(zip(self.shape.names, self.shape.at(phase), strict=True))
+        bodies = [b for b in ("w1", "w2", "b") if f"phi_{b}" in moved]
+        said = ", ".join(f"{b} {moved[f'phi_{b}'] + 0.0:+.3f}" for b in bodies)
+        return f"roll {said}" if said else "no roll"
+
+
+def animate(shape: ModeShape, frames: int, interval: float) -> FuncAnimation:
+    """Animate one period, in plan view or as bars that swing."""
+    if not hasattr(frames, "__index__") or frames < 2:
+        raise ParameterError(f"frames is {frames!r}; it must be a whole number, at least 2")
+    interval = checks.number("interval", interval, low=0.0, open_low=True, unit="ms")
+    with style():
+        figure, ax = plt.subplots(figsize=(6.0, 3.6))
+        moving = _Plan(shape, ax).draw if shape.geometry is not None else _swinging_bars(shape, ax)
+        ax.set_title(_title(shape), fontsize=9)
+        figure.canvas.draw()
+        figure.set_layout_engine("none")  # laid out once; doing it for every picture takes long
+    return _animation(figure, moving, frames, interval)
+
+
+def _animation(figure: Figure, moving: Any, frames: int, interval: float) -> FuncAnimation:
+    phases = np.linspace(0.0, 2.0 * math.pi, frames, endpoint=False)
+
+    def update(frame: int) -> Any:
+        return moving(float(phases[frame]))
+
+    return FuncAnimation(figure, update, frames=frames, interval=interval, blit=False)
+
+
+def _swinging_bars(shape: ModeShape, ax: Axes) -> Any:
+    bars = ax.bar(range(len(shape.names)), np.zeros(len(shape.names)), color=STABLE, width=0.7)
+    ax.set_xticks(range(len(shape.names)), shape.names, rotation=45, ha="right")
+    ax.set_ylim(-1.15, 1.15)
+    ax.set_ylabel("displacement (largest = 1)")
+    ax.grid(axis="x", visible=False)
+
+    def draw(phase: float) -> list[Any]:
+        for bar, height in zip(bars, shape.at(phase), strict=True):
+            bar.set_height(height)
+        return list(bars)
+
+    return draw
