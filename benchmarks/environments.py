@@ -102,7 +102,7 @@ def _single_case(name: str) -> list[Action]:
     w = np.zeros(layout.rows)
     w[: layout.u] = start = fleet.state(0)
     w[layout.c : layout.p] = fleet.conditions(0)
-    w[layout.p : layout.dx] = list(fleet.model.parameters.values())
+    w[layout.p : layout.dx], t = fleet.model.rows()
 
     def steps() -> None:
         for _ in range(STEP_CALLS):
@@ -110,7 +110,7 @@ def _single_case(name: str) -> list[Action]:
 
     def bare() -> None:
         w[: layout.u] = start
-        kernels.rk4_hold(w, 1e-3, 5 * STEP_CALLS)
+        kernels.rk4_hold(w, t, 1e-3, 5 * STEP_CALLS)
 
     return [steps, bare]
 

@@ -44,7 +44,7 @@ def buffer(model: railenv.Model, state: Array) -> Array:
     w = np.zeros(layout.rows)
     w[: layout.u] = state
     w[layout.c : layout.p] = SPEED, 1.0 / RADIUS, CANT
-    w[layout.p : layout.dx] = list(model.parameters.values())
+    w[layout.p : layout.dx], t = model.rows()
     return w
 
 
@@ -76,7 +76,7 @@ def _steps(model: railenv.Model, state: Array) -> Iterator[Row]:
 
     def scalar() -> None:
         w[: len(start)] = start
-        kernels.rk4_hold(w, STEP, SCALAR_STEPS)
+        kernels.rk4_hold(w, t, STEP, SCALAR_STEPS)
 
     def plain() -> None:
         plain_rk4(model, start, 1)

@@ -14,6 +14,7 @@ from railenv.errors import ParameterError, shown
 from railenv.kernels import loader, pool
 from railenv.model import Model
 from railenv.threads import usable_threads
+from railenv.vehicles.tables import pack
 
 THREAD_PAYS_FROM = 400
 """Steps of one system that are work enough for a thread (some 0.1 ms)."""
@@ -69,8 +70,12 @@ class Batch:
         self._layout = self._kernels.LAYOUT
         n_blocks = -(-self.n // self._lanes)
         self._blocks = np.zeros((n_blocks, self._layout.j * self._lanes), dtype=dtype)
+        tables, starts = pack([model.tables for model in models])
+        self._tables = tables.astype(dtype)
         self._write(
-            self._layout.p, self._layout.dx, [list(model.parameters.values()) for model in models]
+            self._layout.p,
+            self._layout.dx,
+            [[*m.parameters.values(), *own] for m, own in zip(models, starts, strict=True)],
         )
         self.conditions = [1.0, 0.0, 0.0]
 
@@ -140,7 +145,7 @@ class Batch:
 
     def rhs(self) -> NDArray[np.floating]:
         """Time derivatives of the states, shape (n, n_states)."""
-        self._kernels.rhs_blocks(self._blocks)
+        self._kernels.rhs_blocks(self._blocks, self._tables)
         return self._read(self._layout.dx, self._layout.work)
 
     def integrate(self, *, step: float, steps: int, parallel: bool | None = None) -> None:
@@ -163,4 +168,4 @@ class Batch:
         if parallel is not False:
             work = len(self._blocks) if parallel else self.n * steps // THREAD_PAYS_FROM
             threads = min(usable_threads(), len(self._blocks), max(1, work))
-        pool.run(partial(self._kernels.rk4_blocks, self._blocks, h, steps), threads)
+        pool.run(partial(self._kernels.rk4_blocks, self._blocks, self._tables, h, steps), threads)

@@ -23,7 +23,7 @@ class Evaluator:
         self._kernels = model.kernels()
         layout = self._kernels.LAYOUT
         self._w = np.zeros(layout.rows)
-        self._w[layout.p : layout.dx] = list(model.parameters.values())
+        self._w[layout.p : layout.dx], self._t = model.rows()
         self._x = self._w[layout.x : layout.u]
         self._u = self._w[layout.u : layout.c]
         self._c = self._w[layout.c : layout.p]
@@ -50,12 +50,12 @@ class Evaluator:
 
     def rhs(self) -> Array:
         """Return the derivatives, shape (n_states,)."""
-        self._kernels.rhs(self._w)
+        self._kernels.rhs(self._w, self._t)
         return self._dx.copy()
 
     def signals(self) -> Array:
         """Return the signals of a model that has them."""
-        self._kernels.signals(self._w)
+        self._kernels.signals(self._w, self._t)
         return self._signals.copy()
 
     def jacobian(self) -> Array:
@@ -64,5 +64,5 @@ class Evaluator:
         Shape (n_states, n_states + n_inputs + 3).
         """
         out = np.zeros(self._shape)
-        self._kernels.dense_jacobian(self._w, self._rows, self._columns, out)
+        self._kernels.dense_jacobian(self._w, self._t, self._rows, self._columns, out)
         return out

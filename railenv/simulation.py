@@ -269,13 +269,13 @@ def _runge_kutta(run: _Run, start: Array, times: Array, step: float | None) -> A
     kernels = model.kernels()
     layout = kernels.LAYOUT
     w = np.zeros(layout.j)
-    w[layout.p : layout.dx] = list(model.parameters.values())
+    w[layout.p : layout.dx], t = model.rows()
     w[: layout.u] = start
     h = interval / stride
     if run.constant:
         w[layout.u : layout.p] = first[0]
         out = np.empty((len(times), model.n_states))
-        return out[: kernels.rk4_record(w, h, stride, out)]
+        return out[: kernels.rk4_record(w, t, h, stride, out)]
     chunks = [start[None, :]]
     rows_left, row, distance = len(times) - 1, 0, 0.0
     while rows_left:
@@ -283,7 +283,7 @@ def _runge_kutta(run: _Run, start: Array, times: Array, step: float | None) -> A
         halves = times[row] + 0.5 * h * np.arange(2 * rows * stride + 1)
         drive, distance = run.drive(halves, distance)
         out = np.empty((rows + 1, model.n_states))
-        good = kernels.rk4_driven(w, h, stride, drive, out)
+        good = kernels.rk4_driven(w, t, h, stride, drive, out)
         chunks.append(out[1:good])
         if good < rows + 1:
             break

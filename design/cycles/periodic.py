@@ -145,7 +145,7 @@ class Shooting:
         layout = self._kernels.LAYOUT
         self._layout = layout
         self._w = np.zeros(layout.all_rows)
-        self._w[layout.p : layout.dx] = list(model.parameters.values())
+        self._w[layout.p : layout.dx], self._t = model.rows()
         self._w[layout.u : layout.c] = setting.inputs
         self._cells = _columns(self._kernels.CELLS)
         self._parameter_cells = _columns(self._kernels.PARAMETER_CELLS)
@@ -168,14 +168,14 @@ class Shooting:
     def slope(self, x: Array, value: float) -> Array:
         """Return the time derivatives of a state."""
         self._set(x, value)
-        self._kernels.rhs(self._w)
+        self._kernels.rhs(self._w, self._t)
         return self._w[self._layout.dx : self._layout.work].copy()
 
     def fastest(self, x: Array, value: float) -> float:
         """Return the largest magnitude (1/s) of the eigenvalues at a state."""
         self._set(x, value)
         full = np.zeros((self.n, self.n + len(self._directions)))
-        self._kernels.dense_jacobian(self._w, *self._cells, full)
+        self._kernels.dense_jacobian(self._w, self._t, *self._cells, full)
         return float(np.abs(np.linalg.eigvals(full[:, : self.n])).max())
 
     def shoot(self, x: Array, period: float, value: float) -> Shot:
@@ -187,6 +187,7 @@ class Shooting:
         if self._own:
             self._kernels.rk4_parameter_sensitivity(
                 self._w,
+                self._t,
                 period,
                 mesh,
                 self._cells,
@@ -198,14 +199,14 @@ class Shooting:
             )
         else:
             self._kernels.rk4_sensitivity(
-                self._w, period, mesh, self._cells, self._directions, derivatives, states
+                self._w, self._t, period, mesh, self._cells, self._directions, derivatives, states
             )
         return Shot(states, derivatives)
 
     def end(self, x: Array, period: float, value: float) -> Array:
         """Return the state after one period, without derivatives: a twentieth of the time."""
         self._set(x, value)
-        self._kernels.rk4_hold(self._w, period / self.steps, self.steps)
+        self._kernels.rk4_hold(self._w, self._t, period / self.steps, self.steps)
         return self._w[: self.n].copy()
 
     def parts(self, states: Array) -> tuple[NDArray[np.intp], ...]:

@@ -253,11 +253,12 @@ class Fleet:
             found = find_equilibrium(plant, speed=LOWEST_SPEED).state
             self._tangent_states[vehicle] = found
         w = np.zeros(layout.rows)
-        w[layout.p : layout.dx] = plant.rows()[0]
+        w[layout.p : layout.dx], tables = plant.rows()
         w[: layout.u] = self._tangent_states[vehicle]
         w[layout.c] = episode.speed
         out = np.empty((self._kernels.NODES, plant.n_states))
-        found = kernels.follow_curve(w, *self._cells, plant.scale, episode.curvature, episode.cant, out)
+        curve = (episode.curvature, episode.cant)
+        found = kernels.follow_curve(w, tables, *self._cells, plant.scale, *curve, out)
         if found < len(out):
             raise EquilibriumError(
                 f"{plant.name} has no running equilibrium at {episode.speed:g} m/s on a curve of "
@@ -350,7 +351,15 @@ class Fleet:
             Commands as shares of the limit, clipped to [-1, 1].
         """
         commands = np.asarray(actions, dtype=float)
-        inputs = (self._blocks, self._extras, commands, self._plan, self._real_plan, self._arrays)
+        inputs = (
+            self._blocks,
+            self._extras,
+            self._tables,
+            commands,
+            self._plan,
+            self._real_plan,
+            self._arrays,
+        )
         if self._lanes > 1:
             threads = min(usable_threads(), max(1, self.n // THREAD_PAYS_FROM))
             pool.run(partial(self._kernels.control_steps_shared, *inputs), threads)

@@ -1,8 +1,8 @@
 """Python source of a model's kernels, written from its expression graph.
 
-The text defines ``rhs(w)``, ``jacobian(w)`` and ``parameter_jacobian(w)`` over one flat buffer
-``w[row * L + lane]``; what the rows hold is said by :class:`Layout`. It is completed by
-``railenv/kernels/runtime.py`` and compiled by
+The text defines ``rhs(w, t)``, ``jacobian(w, t)`` and ``parameter_jacobian(w, t)`` over one flat
+buffer ``w[row * L + lane]``; what the rows hold is said by :class:`Layout`. ``t`` holds the tables, see
+:mod:`railenv.vehicles.tables`. It is completed by ``railenv/kernels/texts`` and compiled by
 :mod:`railenv.kernels.loader`. With L = 1 the same text is the scalar kernel.
 """
 
@@ -128,7 +128,7 @@ def kernel_source(
     title : str
         What the equations describe, for the text's first line.
     signals : callable, optional
-        Further results, of the same arguments as the equations; they get a function ``signals(w)``.
+        Further results, of the same arguments as the equations; they get a function ``signals(w, t)``.
     constants : mapping of str to Any, optional
         Further names that the text defines.
 
@@ -199,7 +199,7 @@ def _function(
         [
             "",
             "@jit",
-            f"def {name}(w):",
+            f"def {name}(w, t):",
             *(f"    {line}" for line in constants),
             "    for lane in range(L):",
             *(f"        {line}" for line in (*loads, *body, *stores) or ("pass",)),

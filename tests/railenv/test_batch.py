@@ -33,9 +33,9 @@ def alone(model, o, steps=STEPS):
     kernels = model.kernels()
     layout = kernels.LAYOUT
     w = np.zeros(layout.j)
-    w[layout.p : layout.dx] = list(model.parameters.values())
+    w[layout.p : layout.dx], t = model.rows()
     w[: layout.p] = [*o.x, *o.u, o.speed, o.curvature, o.cant]
-    kernels.rk4_hold(w, STEP, steps)
+    kernels.rk4_hold(w, t, STEP, steps)
     return w[: layout.u]
 
 

@@ -41,7 +41,7 @@ def evaluate(kernels, x=0.0):
     layout = kernels.LAYOUT
     w = np.zeros(layout.rows)
     w[layout.x], w[layout.p] = x, 2.0
-    kernels.rhs(w)
+    kernels.rhs(w, t)
     return w[layout.dx]
 
 

@@ -232,10 +232,10 @@ def test_kernels_differentiate_by_parameters_exactly():
     x = 1e-3 * rng.uniform(-1.0, 1.0, model.n_states)
     w = np.zeros(layout.all_rows)
     w[: layout.u], w[layout.c], w[layout.c + 1] = x, 40.0, 1e-3
-    w[layout.p : layout.dx] = list(model.parameters.values())
+    w[layout.p : layout.dx], t = model.rows()
     rows, columns = (np.ascontiguousarray(c) for c in np.array(kernels.PARAMETER_CELLS).T)
     found = np.zeros((model.n_states, len(model.parameters)))
-    kernels.dense_parameter_jacobian(w, rows, columns, found)
+    kernels.dense_parameter_jacobian(w, t, rows, columns, found)
     for k, (name, value) in enumerate(model.parameters.items()):
         changed = dict(model.parameters)
         changed[name] = value + 1e-30j
