@@ -243,6 +243,7 @@ _COOPERRIDER_BODIES = (
             y=f"y_{w}",
             psi=f"psi_{w}",
             yaw_moment=f"M_{w}",
+            reacts_on="b",
             x=x,
             flange_clearance="flange_clearance",
             half_gauge="half_gauge",
