@@ -15,7 +15,7 @@ from railenv.kernels import loader, pool
 from railenv.models import Model
 from railenv.threads import usable_threads
 
-THREAD_PAYS_FROM = 400
+THREAD_PAYS_FROM = 1000
 """Steps of one system that are work enough for a thread (some 0.1 ms)."""
 
 MOST_STEPS = 10**9
