@@ -10,6 +10,7 @@ use, not on import.
 from railenv.equilibrium import Equilibrium, find_equilibrium
 from railenv.equipment import Actuator, Equipped, Sensors
 from railenv.errors import (
+    CompilationError,
     EquationError,
     EquilibriumError,
     MissingPackageError,
@@ -41,6 +42,7 @@ __all__ = [
     "TABLE_1_PRINTED_LOADS",
     "Actuator",
     "Bogie",
+    "CompilationError",
     "CooperriderBogie",
     "CooperriderParameters",
     "DualWheelset",

@@ -2,7 +2,7 @@
 
 The text defines ``rhs(w)``, ``jacobian(w)`` and ``parameter_jacobian(w)`` over one flat buffer
 ``w[row * L + lane]``; what the rows hold is said by :class:`Layout`. It is completed by
-``railenv/kernels/runtime.py`` and compiled by
+``railenv/kernels/texts/integrators.pyk`` and compiled by
 :mod:`railenv.kernels.loader`. With L = 1 the same text is the scalar kernel.
 """
 
@@ -19,7 +19,7 @@ from railenv.kernels.layout import Layout
 
 _NATIVE = {"exp": "math.exp", "log": "math.log", "tanh": "math.tanh", "atan": "math.atan"}
 _LONGEST_PRODUCT = 8  # powers up to this are written as products
-_OWN = {"sin": "_sin", "cos": "_cos", "tan": "_tan"}  # branch-free, in runtime.py
+_OWN = {"sin": "_sin", "cos": "_cos", "tan": "_tan"}  # branch-free, in the integrators' text
 
 
 def _is_plain_product(term: Any) -> bool:
