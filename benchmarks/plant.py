@@ -12,6 +12,7 @@ import railenv
 from benchmarks.table import Row, with_unit
 from benchmarks.timing import Action, processor_times, shortest
 from railenv.batch import Batch
+from railenv.threads import usable_threads
 
 Array = NDArray[np.float64]
 
@@ -69,8 +70,6 @@ def plain_rk4(model: railenv.Model, state: list[float], steps: int) -> list[floa
 
 
 def _steps(model: railenv.Model, state: Array) -> Iterator[Row]:
-    import numba
-
     kernels = model.kernels()
     w, start = buffer(model, state), state.tolist()
 
@@ -98,7 +97,7 @@ def _steps(model: railenv.Model, state: Array) -> Iterator[Row]:
     for (n, dtype, parallel, steps), seconds in zip(LANE_CASES, in_lanes, strict=True):
         each = seconds / (n * steps)
         judged = dtype == "float64" and not parallel
-        threads = f"{numba.get_num_threads()} threads" if parallel else "one thread"
+        threads = f"{usable_threads()} threads" if parallel else "one thread"
         yield Row(
             f"RK4 step per system, {dtype} lanes, {n} systems, {threads}",
             each * 1e6,

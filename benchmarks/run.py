@@ -18,9 +18,10 @@ import typer
 from rich.console import Console
 
 import railenv
-from benchmarks import analysis, cycles, environments, learning, plant, scaling, startup
+from benchmarks import analysis, cycles, environments, learning, plant, scaling, startup, threads
 from benchmarks.table import Row, markdown, records, terminal
 from benchmarks.timing import processor_share
+from railenv.threads import usable_threads
 
 _WIDE = 150  # columns where the output is no terminal
 
@@ -34,7 +35,7 @@ def circumstances(share: float) -> dict[str, str]:
         "SciPy": scipy.__version__,
         "Numba": numba.__version__,
         "processor (LLVM)": llvmlite.binding.get_host_cpu_name(),
-        "threads": str(numba.get_num_threads()),
+        "threads": str(usable_threads()),
         "share of a processor": f"{share:.0%}",
     }
 
@@ -54,7 +55,7 @@ def main(
     rows: list[Row] = []
     shares = [processor_share()]
     with Console(stderr=True).status("compiling what is not in the cache ...") as status:
-        for module in (plant, analysis, cycles, scaling, environments, learning, startup):
+        for module in (plant, analysis, cycles, scaling, environments, threads, learning, startup):
             for row in module.rows():
                 rows.append(row)
                 status.update(f"measured: {row.what}")

@@ -10,6 +10,7 @@ use, not on import.
 from railenv.equilibrium import Equilibrium, find_equilibrium
 from railenv.equipment import Actuator, Equipped, LateralActuator, Sensors, YawActuator
 from railenv.errors import (
+    CompilationError,
     EquationError,
     EquilibriumError,
     MissingPackageError,
@@ -45,6 +46,7 @@ __all__ = [
     "Assembled",
     "Assembly",
     "Bogie",
+    "CompilationError",
     "CooperriderBogie",
     "CooperriderParameters",
     "DualWheelset",

@@ -16,7 +16,7 @@ from railenv.model import Model
 from railenv.threads import usable_threads
 from railenv.vehicles.tables import pack
 
-THREAD_PAYS_FROM = 400
+THREAD_PAYS_FROM = 1000
 """Steps of one system that are work enough for a thread (some 0.1 ms)."""
 
 MOST_STEPS = 10**9

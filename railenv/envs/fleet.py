@@ -44,8 +44,8 @@ REASONS = (
 RIDE_SCALE = CFR_LIMIT
 """m/s^2, the acceleration at which the ride term is 1/2: the limit of 49 CFR 213.333."""
 
-THREAD_PAYS_FROM = 64
-"""Number of environments that are work enough for a thread (some 0.1 ms).
+THREAD_PAYS_FROM = 128
+"""Number of environments that are work enough for a thread, some 0.1 ms.
 
 With fewer, waking it costs more than it saves. ``RAILENV_NUM_THREADS=1`` keeps to one thread, which is
 best where other processes have the other processors, such as environments of their own.
