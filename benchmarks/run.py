@@ -18,7 +18,7 @@ import typer
 from rich.console import Console
 
 import railenv
-from benchmarks import analysis, cycles, environments, learning, plant, scaling, startup
+from benchmarks import analysis, c_build, cycles, environments, learning, plant, scaling, startup
 from benchmarks.table import Row, markdown, records, terminal
 from benchmarks.timing import processor_share
 
@@ -54,7 +54,7 @@ def main(
     rows: list[Row] = []
     shares = [processor_share()]
     with Console(stderr=True).status("compiling what is not in the cache ...") as status:
-        for module in (plant, analysis, cycles, scaling, environments, learning, startup):
+        for module in (plant, c_build, analysis, cycles, scaling, environments, learning, startup):
             for row in module.rows():
                 rows.append(row)
                 status.update(f"measured: {row.what}")
