@@ -1,8 +1,8 @@
 """Kernels beside a C build of the same assignments: ``python -m benchmarks.c_build``.
 
 A model's graph is printed as C: the same operations in the same order on the same buffer, completed by
-``c_build.c``, which has the same integrator and the same branch-free tangent, sine and cosine (calls of
-the C library would keep gcc from vectorising). ``FLAGS`` allow what Numba's compiler is allowed as well;
+``c_build.c``, which has the same integrator and the same branch-free tangent, sine and cosine (calls
+of the C library would keep gcc from vectorising). ``FLAGS`` allow what Numba's compiler is allowed;
 further sets of flags are tried, and the fastest build counts. gcc may fuse more products and sums than
 the text does, except in the build ``UNFUSED``, whose results are those of Numba to the bit.
 """
