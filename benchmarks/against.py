@@ -6,8 +6,8 @@ The commit is checked out beside the working tree, and both are timed in turns o
 the same text (``benchmarks/against_worker.py``): a disturbance meets both. Every round starts new
 processes, since the speed of a kernel depends by several percent on where a process has its memory, and
 gives a ratio of the two times. Flagged is what is slower both in the median of the ratios and in the
-shortest times of all rounds; the range of the ratios shows how far they can be trusted. Against ``HEAD``,
-with nothing changed, they show the noise of the comparison itself.
+shortest times of all rounds; the range of the ratios shows how far they can be trusted. Against
+``HEAD``, with nothing changed, they show the noise of the comparison itself.
 """
 
 from __future__ import annotations
@@ -107,7 +107,8 @@ class Compared:
         ratios = [new / old for old, new in zip(*self.times, strict=True)]
         ratio = statistics.median(ratios)
         of_shortest = min(self.times[1]) / min(self.times[0])
-        later, slower = now - before > LATER, min(ratio, of_shortest) > SLOWER
+        later = min(now - before, min(self.times[1]) - min(self.times[0])) > LATER
+        slower = min(ratio, of_shortest) > SLOWER
         return Row(
             self.what,
             now * scale,
@@ -304,7 +305,7 @@ def _turn_of_workers(
 def main(
     commit: Annotated[str, typer.Argument(help="What to compare the working tree with.")],
     rounds: Annotated[int, typer.Option(min=1, help="Measurements of everything.")] = 11,
-    first_uses: Annotated[int, typer.Option(min=0, help="Starts with an empty cache.")] = 1,
+    first_uses: Annotated[int, typer.Option(min=0, help="Starts with an empty cache.")] = 2,
     only: Annotated[
         list[str] | None, typer.Option(help="Measure only what contains this text; may be repeated.")
     ] = None,

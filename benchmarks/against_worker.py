@@ -32,7 +32,8 @@ class Case:
     """Something to time.
 
     ``make`` returns the action, which does the thing ``calls`` times. The shortest time of the
-    repetitions counts, and of several turns: elapsed for what takes less than a millisecond, else of the processor.
+    repetitions, and of several turns, counts: elapsed for what takes less than a millisecond, else of
+    the processor.
 
     Loads and stores of vectors that cross cache lines cost a tenth of a kernel's time, so that the
     place where a process happens to get its buffers would decide. What depends on it is made at
