@@ -412,9 +412,14 @@ class Equipped(Model):
         return self.equipment.sensed
 
     @property
-    def body_names(self) -> tuple[str, ...]:
-        """Names of the bodies that move."""
-        return self.plant.body_names
+    def body_states(self) -> dict[str, dict[str, str]]:
+        """State of each coordinate and rate (``y``, ``dpsi``) of each body that moves."""
+        return self.plant.body_states
+
+    @property
+    def body_places(self) -> dict[str, float]:
+        """Place (m) along the vehicle of each body that moves."""
+        return self.plant.body_places
 
     @property
     def guided(self) -> tuple[Guided, ...]:
@@ -448,7 +453,7 @@ class Equipped(Model):
         """Return the same model with some numbers of its plant, actuators or sensors changed.
 
         Numbers of the actuators have their fields' names, behind the group's prefix where there are
-        several kinds (``primary_limit``).
+        several kinds (``primary_limit``); ``delay`` is that of all.
 
         Raises
         ------
@@ -461,8 +466,9 @@ class Equipped(Model):
         model, rest = copy.copy(self), dict(changes)
         groups = {}
         for group, a in self.groups.items():
-            own = {f: rest.pop(group + f) for f in _names(a) if group + f in rest}
-            groups[group] = a.replace(**own)
+            own = {f: rest.pop(group + f) for f in _own_names(a) if group + f in rest}
+            groups[group] = a.replace(**own, delay=changes.get("delay", a.delay))
+        rest.pop("delay", None)
         places = {n: checks.number(n, rest.pop(n, v), unit="m") for n, v in self._places.items()}
         of_sensors = {f: rest.pop(f) for f in _names(self.sensors) if f in rest}
         model.sensors = self.sensors.replace(**of_sensors)
@@ -473,8 +479,9 @@ class Equipped(Model):
     @property
     def variable_names(self) -> tuple[str, ...]:
         """What :meth:`replace` changes: quantities of the plant, the actuators and the sensors."""
-        own = (group + f for group, a in self.groups.items() for f in _names(a))
-        return (*self.plant.variable_names, *own, *self._places, *_names(self.sensors))
+        own = (group + f for group, a in self.groups.items() for f in _own_names(a))
+        delay = ("delay",) if self.groups else ()
+        return (*self.plant.variable_names, *own, *delay, *self._places, *_names(self.sensors))
 
     @property
     def command_names(self) -> tuple[str, ...]:
@@ -568,6 +575,11 @@ class Equipped(Model):
 
 def _names(record: ParameterRecord) -> list[str]:
     return [f.name for f in dataclasses.fields(record)]
+
+
+def _own_names(actuator: Actuator) -> list[str]:
+    """Numbers that kinds of actuators may differ in: the delay is that of all."""
+    return [name for name in _names(actuator) if name != "delay"]
 
 
 def _mounted(

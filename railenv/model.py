@@ -299,7 +299,18 @@ class Model:
     @property
     def body_names(self) -> tuple[str, ...]:
         """Names of the bodies that move."""
-        return tuple(body.name for body in self.equations.bodies)
+        return tuple(self.body_states)
+
+    @property
+    def body_states(self) -> dict[str, dict[str, str]]:
+        """State of each coordinate and rate (``y``, ``dpsi``) of each body that moves."""
+        return {body.name: body.states for body in self.equations.bodies}
+
+    @property
+    def body_places(self) -> dict[str, float]:
+        """Place (m) along the vehicle of each body that moves."""
+        places = self.equations.places(SimpleNamespace(**self.parameters, **self.tables))
+        return {name: float(places[name][0]) for name in self.body_names}
 
     @property
     def guided(self) -> tuple[Guided, ...]:

@@ -91,9 +91,13 @@ class Assembled(Model):
         return store.source_of(store.Recipe(self.structure, self._write))
 
     @property
-    def body_names(self) -> tuple[str, ...]:
-        """Names of the bodies that move."""
-        return tuple(name for name, own in self.equations.assembly.coordinates.items() if own)
+    def body_states(self) -> dict[str, dict[str, str]]:
+        """State of each coordinate and rate (``y``, ``dpsi``) of each body that moves."""
+        return {
+            name: {f"{d}{c}": f"{d}{c}_{name}" for d in ("", "d") for c in own}
+            for name, own in self.equations.assembly.coordinates.items()
+            if own
+        }
 
     @property
     def lateral_states(self) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from railenv import checks
 from railenv.cli.controllers import controllers
 from railenv.equipment import Equipped
 from railenv.errors import ParameterError
-from railenv.models import Bogie, DualWheelset, Model
+from railenv.models import Model
 
 if TYPE_CHECKING:
     from design.loop.feedback import Feedback
@@ -49,10 +49,7 @@ class Loop:
 
 
 def loop(model: Model, changes: dict[str, Any], choice: Choice) -> Loop:
-    """Return a model with changed parameters and, if one is chosen, actuators and controller.
-
-    The bogie gets actuators between frame and body, the dual wheelset between wheelsets and frame.
-    """
+    """Return a model with changed parameters and, if one is chosen, actuators and controller."""
     if choice.name is None and choice.gain is None:
         for name in ("washout", "delay", "period"):
             if getattr(choice, name) is not None:
@@ -60,13 +57,12 @@ def loop(model: Model, changes: dict[str, Any], choice: Choice) -> Loop:
                     f"--{name} needs a controller; give --controller or --yaw-rate-gain too"
                 )
         return Loop(model.replace(**changes) if changes else model, None)
-    if not isinstance(model, (Bogie, DualWheelset)):
-        raise ParameterError(f"a controller needs a bogie or a dual wheelset, not {model.name}")
-    equipped = Equipped(model, "secondary" if isinstance(model, Bogie) else "primary")
+    from agents.controllers.controller import equipped
+
     if choice.delay is not None:
         changes = {"delay": choice.delay, **changes}
-    equipped = equipped.replace(**changes)
-    return Loop(equipped, _controller(equipped, choice))
+    carrier = equipped(model).replace(**changes)
+    return Loop(carrier, _controller(carrier, choice))
 
 
 def _controller(model: Equipped, choice: Choice) -> Feedback:
