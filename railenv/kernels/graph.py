@@ -304,7 +304,8 @@ def _is_product(term: sympy.Expr) -> bool:
     """Whether a term is a product of symbols, numbers and powers of symbols."""
     factors = term.args if term.is_Mul else (term,)
     return all(
-        f.is_Symbol or f.is_Number or (f.is_Pow and f.base.is_Symbol and f.exp.is_Number) for f in factors
+        f.is_Symbol or f.is_Number or (f.is_Pow and f.base.is_Symbol and f.exp.is_Number)
+        for f in factors
     )
 
 
