@@ -96,9 +96,12 @@ def _scalar(steps: int) -> Action:
     w[layout.c : layout.p] = SPEED, 1.0 / RADIUS, CANT
     w[layout.p : layout.dx] = list(model.parameters.values())
 
+    # kernels of commits without tables do not take them
+    tables = (model.rows()[1],) if hasattr(model, "rows") else ()
+
     def run() -> None:
         w[: layout.u] = start
-        kernels.rk4_hold(w, STEP, steps)
+        kernels.rk4_hold(w, *tables, STEP, steps)
 
     return run
 

@@ -1,4 +1,4 @@
-/* Elementary functions and integrator of the C build, as in railenv/kernels/runtime.py.
+/* Elementary functions and integrator of the C build, as in railenv/kernels/texts/integrators.pyk.
 
    A text that benchmarks/c_build.py puts a header before (L, NX and rows of the buffer) and a model's
    right-hand side into; it does not compile as it stands. */

@@ -28,7 +28,7 @@ import railenv
 from benchmarks.plant import CANT, RADIUS, REPETITIONS, SPEED, STEP, curving_state
 from benchmarks.table import Row, number, terminal
 from benchmarks.timing import Action, shortest
-from railenv.kernels import loader
+from railenv.kernels import buffers, loader
 from railenv.kernels.graph import Graph, needed, trace
 from railenv.kernels.layout import Layout
 from railenv.kernels.source import _KernelPrinter
@@ -52,7 +52,6 @@ CASES = (  # name, lanes, systems, steps (a fraction of a millisecond)
 SMALLEST_SHARE = 0.9  # of the rate of C, in lanes
 TOLERANCE = 1e-12
 CHECKED_STEPS = 40
-_ALIGNMENT = 64  # bytes of the widest vector
 
 _TEXT = Path(__file__).with_suffix(".c")
 _GOES_HERE = "/* --- right-hand side goes here --- */\n"
@@ -146,6 +145,22 @@ class CKernels:
         )
 
 
+@dataclass(frozen=True)
+class OurKernels:
+    """A model's kernels under the same names, on one thread."""
+
+    kernels: Any
+
+    def rhs_blocks(self, blocks: Array) -> None:
+        self.kernels.rhs_blocks(blocks, _NO_TABLES)
+
+    def rk4_blocks(self, blocks: Array, h: float, steps: int) -> None:
+        self.kernels.rk4_blocks(blocks, _NO_TABLES, h, steps, np.zeros(1, dtype=np.int64))
+
+
+_NO_TABLES = np.zeros(1)
+
+
 def compiled(text: str, flags: Sequence[str] = ()) -> CKernels:
     """Compile a C text and load it."""
     with tempfile.TemporaryDirectory() as directory:
@@ -162,11 +177,9 @@ def blocks_of(model: railenv.Model, lanes: int, n: int) -> Array:
     values = np.zeros((n, layout.j))
     values[:, : layout.u] = np.outer(np.linspace(0.99, 1.01, n), curving_state(model))
     values[:, layout.c : layout.p] = SPEED, 1.0 / RADIUS, CANT
-    values[:, layout.p : layout.dx] = list(model.parameters.values())
+    values[:, layout.p : layout.dx] = model.rows()[0]
     in_lanes = values.reshape(-1, lanes, layout.j).transpose(0, 2, 1).reshape(-1, layout.j * lanes)
-    room = np.zeros(in_lanes.size + _ALIGNMENT // 8)
-    first = -room.ctypes.data % _ALIGNMENT // 8
-    blocks = room[first : first + in_lanes.size].reshape(in_lanes.shape)
+    blocks = buffers.zeros(in_lanes.shape)
     blocks[:] = in_lanes
     return blocks
 
@@ -176,8 +189,8 @@ def disagreement(model: railenv.Model, c: CKernels, lanes: int, blocks: Array) -
 
     It is a share of the largest magnitude of the state or derivative over the systems.
     """
-    kernels = model.kernels(lanes)
-    layout, found = kernels.LAYOUT, 0.0
+    kernels = OurKernels(model.kernels(lanes))
+    layout, found = kernels.kernels.LAYOUT, 0.0
     cases: tuple[tuple[int, str, tuple[float, ...]], ...] = (
         (layout.dx, "rhs_blocks", ()),
         (layout.x, "rk4_blocks", (STEP, CHECKED_STEPS)),
@@ -219,8 +232,8 @@ def rows() -> Iterator[Row]:
 
 
 def _row(model: railenv.Model, graph: Graph, name: str, lanes: int, n: int, steps: int) -> Row:
-    kernels, w = model.kernels(lanes), blocks_of(model, lanes, n)
-    built = dict(builds(c_source(graph, kernels.LAYOUT, lanes)))
+    kernels, w = OurKernels(model.kernels(lanes)), blocks_of(model, lanes, n)
+    built = dict(builds(c_source(graph, kernels.kernels.LAYOUT, lanes)))
     for flags, c in built.items():
         apart = disagreement(model, c, lanes, w)
         if not apart <= TOLERANCE:
