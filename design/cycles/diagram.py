@@ -157,9 +157,7 @@ def simulated_diagram(
     )
 
 
-def _starts(
-    model: Model, starts: Sequence[Mapping[str, float]] | None
-) -> tuple[dict[str, float], ...]:
+def _starts(model: Model, starts: Sequence[Mapping[str, float]] | None) -> tuple[dict[str, float], ...]:
     """Return the initial disturbances, those asked for or the usual two."""
     if starts is None:
         first, scale = model.state_names[0], float(model.scale[0])
