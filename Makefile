@@ -6,13 +6,14 @@ BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 DEVELOPED := $(VENV)/.developed
 CONTROLLERS := passive yaw-rate lqg lqg-scheduled output-feedback lqr lqr-scheduled learned
+COMMIT ?= HEAD
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo report test lint controllers kernels docs site reliability bench clean
+.PHONY: help demo report test lint controllers kernels docs site reliability bench bench-against clean
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-13s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 	@echo "The first target run creates $(VENV) with $(PYTHON); override with PYTHON=python3.12."
 
 demo: $(INSTALLED) ## write the first page of the reproduction report to results/
@@ -62,6 +63,9 @@ reliability: $(DEVELOPED) ## fuzz, damage files, run for hours; docs/reliability
 
 bench: $(DEVELOPED) ## run the benchmarks
 	$(BIN)/python -m benchmarks.run
+
+bench-against: $(DEVELOPED) ## compare the speed with that of a commit: COMMIT=main (minutes)
+	$(BIN)/python -m benchmarks.against $(COMMIT)
 
 clean: ## remove results/, caches and build products (keeps the environment)
 	rm -rf results build dist site htmlcov .coverage .coverage.* coverage.xml

@@ -18,7 +18,8 @@ from agents.controllers.passive import Passive
 from agents.controllers.scheduled import Law, ScheduledController
 from agents.controllers.shipped import shipped, shipped_names
 from agents.controllers.yaw_rate import YawRateFeedback
-from agents.evaluation.evaluation import Evaluation, Plan, evaluate, load_evaluations, save_evaluations
+from agents.evaluation.evaluating import evaluate
+from agents.evaluation.evaluation import Evaluation, Plan, load_evaluations, save_evaluations
 from agents.evaluation.growth import growth_rates, simulated_critical_speed
 from agents.evaluation.nonlinear import Place, disturbed_critical_speed, ramp_down
 from agents.evaluation.rollout import Case, Motion, Rollout

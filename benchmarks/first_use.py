@@ -14,7 +14,7 @@ def main() -> None:
     model = railenv.Bogie(railenv.HIGH_SPEED_COACH)
     start = time.perf_counter()
     kernels = model.kernels()  # imports Numba
-    w = buffer(model, model.guess)
+    w, t = buffer(model, model.guess)
     before_rhs = time.perf_counter()
     kernels.rhs(w, t)
     before_jacobian = time.perf_counter()

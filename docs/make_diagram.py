@@ -54,7 +54,7 @@ BOXES = {
     "loader": Box(
         250, 3, 230, "kernels/loader", "one text, its hash, Numba", "railenv/kernels/loader.py"
     ),
-    "runtime": Box(560, 3, 190, "kernels/runtime", "tan, sin, cos, RK4", "railenv/kernels/runtime.py"),
+    "runtime": Box(560, 3, 190, "kernels/texts", "tan, sin, cos, RK4", "railenv/kernels/texts"),
     "vehicles": Box(560, 4, 200, "vehicles, equipment", "parameters, TOML", "railenv/vehicles.py"),
     "models": Box(250, 4, 230, "models", "Model, Evaluator", "railenv/models.py"),
     "equilibrium": Box(118, 5, 150, "equilibrium", "branches", "railenv/equilibrium.py"),

@@ -23,7 +23,8 @@ import railenv
 from agents.controllers.shipped import coach
 from agents.learning.designs import SEED
 from agents.learning.learning_plots import plot_search
-from agents.learning.policy_search import CONICITIES, search_policy
+from agents.learning.candidates import CONICITIES
+from agents.learning.policy_search import search_policy
 
 DOCS = Path(__file__).resolve().parent
 PAGE, DATA = DOCS / "learning.md", DOCS / "learned.json"

@@ -11,12 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from railenv import checks
 from railenv.errors import ParameterError, shown
-from railenv.kernels import loader, pool
+from railenv.kernels import buffers, loader, pool
 from railenv.model import Model
 from railenv.threads import usable_threads
 from railenv.vehicles.tables import pack
 
-THREAD_PAYS_FROM = 400
+THREAD_PAYS_FROM = 1000
 """Steps of one system that are work enough for a thread (some 0.1 ms)."""
 
 MOST_STEPS = 10**9
@@ -69,7 +69,7 @@ class Batch:
         self._kernels = first.kernels(self._lanes, dtype)
         self._layout = self._kernels.LAYOUT
         n_blocks = -(-self.n // self._lanes)
-        self._blocks = np.zeros((n_blocks, self._layout.j * self._lanes), dtype=dtype)
+        self._blocks = buffers.zeros((n_blocks, self._layout.j * self._lanes), dtype)
         tables, starts = pack([model.tables for model in models])
         self._tables = tables.astype(dtype)
         self._write(

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from railenv import checks
+from railenv.equations.coordinates import GROUND
 from railenv.errors import ParameterError, shown
 from railenv.evaluator import Evaluator
 from railenv.kernels import loader, store
@@ -298,7 +299,18 @@ class Model:
     @property
     def body_names(self) -> tuple[str, ...]:
         """Names of the bodies that move."""
-        return tuple(body.name for body in self.equations.bodies)
+        return tuple(self.body_states)
+
+    @property
+    def body_states(self) -> dict[str, dict[str, str]]:
+        """State of each coordinate and rate (``y``, ``dpsi``) of each body that moves."""
+        return {body.name: body.states for body in self.equations.bodies}
+
+    @property
+    def body_places(self) -> dict[str, float]:
+        """Place (m) along the vehicle of each body that moves."""
+        places = self.equations.places(SimpleNamespace(**self.parameters, **self.tables))
+        return {name: float(places[name][0]) for name in self.body_names}
 
     @property
     def guided(self) -> tuple[Guided, ...]:
@@ -418,6 +430,9 @@ def _bodies(given: Sequence[MovingBody]) -> tuple[MovingBody, ...]:
     names = [body.name for body in bodies]
     if len(set(names)) < len(names):
         raise ParameterError(f"bodies are named {', '.join(names)}; names must differ")
+    by_name = dict(zip(names, bodies, strict=True))
+    for body in bodies:
+        _check_reactions(body, by_name)
     return bodies
 
 
@@ -439,3 +454,13 @@ def check_names(states: Sequence[str], inputs: Sequence[str], parameters: Mappin
             f"{', '.join(repeated)} stands more than once among states, inputs and parameters; "
             "names must differ"
         )
+
+
+def _check_reactions(body: MovingBody, by_name: Mapping[str, MovingBody]) -> None:
+    """Raise unless what a body's inputs react on leads to the ground."""
+    chain = [body.name]
+    while (on := by_name[chain[-1]].reacts_on) != GROUND:
+        checks.known(f"body that the inputs of {chain[-1]} react on", [on], [*by_name, GROUND])
+        if on in chain:
+            raise ParameterError(f"inputs of {', '.join(chain)} react on each other in a circle")
+        chain.append(on)

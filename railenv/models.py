@@ -91,9 +91,13 @@ class Assembled(Model):
         return store.source_of(store.Recipe(self.structure, self._write))
 
     @property
-    def body_names(self) -> tuple[str, ...]:
-        """Names of the bodies that move."""
-        return tuple(name for name, own in self.equations.assembly.coordinates.items() if own)
+    def body_states(self) -> dict[str, dict[str, str]]:
+        """State of each coordinate and rate (``y``, ``dpsi``) of each body that moves."""
+        return {
+            name: {f"{d}{c}": f"{d}{c}_{name}" for d in ("", "d") for c in own}
+            for name, own in self.equations.assembly.coordinates.items()
+            if own
+        }
 
     @property
     def lateral_states(self) -> tuple[str, ...]:
@@ -243,6 +247,7 @@ _COOPERRIDER_BODIES = (
             y=f"y_{w}",
             psi=f"psi_{w}",
             yaw_moment=f"M_{w}",
+            reacts_on="b",
             x=x,
             flange_clearance="flange_clearance",
             half_gauge="half_gauge",

@@ -27,6 +27,18 @@ class Mounting(NamedTuple):
     groups: dict[str, str]
 
 
+def places(plant: Model) -> list[str]:
+    """Return the usual places at which a plant can carry actuators."""
+    primary, secondary = bool(_primary(plant)), bool(_secondary(plant))
+    possible = {
+        "none": True,
+        "secondary": secondary,
+        "primary": primary,
+        "both": primary and secondary,
+    }
+    return [place for place in PLACES if possible[place]]
+
+
 def usual(plant: Model, place: Any) -> Mounting:
     """Return the yaw actuators of a place.
 
@@ -35,18 +47,11 @@ def usual(plant: Model, place: Any) -> Mounting:
     ParameterError
         If it is no place, or the plant has no such bodies.
     """
+    possible = places(plant)
+    if not isinstance(place, str) or place not in possible:
+        allowed = ", ".join(map(repr, possible))
+        raise ParameterError(f"place is {shown(place)}; actuators of a {plant.name} are at {allowed}")
     pairs = {"primary": _primary(plant), "secondary": _secondary(plant)}
-    possible = {
-        "none": True,
-        "secondary": bool(pairs["secondary"]),
-        "primary": bool(pairs["primary"]),
-        "both": all(pairs.values()),
-    }
-    if not isinstance(place, str) or not possible.get(place, False):
-        allowed = [repr(p) for p in PLACES if possible[p]]
-        raise ParameterError(
-            f"place is {shown(place)}; actuators of a {plant.name} are at {', '.join(allowed)}"
-        )
     wanted = {"both": ("primary", "secondary"), "none": ()}.get(place, (place,))
     mounts, groups = [], {}
     for kind in wanted:

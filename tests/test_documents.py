@@ -146,7 +146,7 @@ def test_commands_in_sentences_exist():
 
 
 def test_other_commands_name_what_exists():
-    targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
+    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     programs = set()
     for page in PAGES:
@@ -154,7 +154,7 @@ def test_other_commands_name_what_exists():
             programs.add(words[0].rpartition("/")[2])
             if words[0] == "make":
                 assert set(words[1:]) <= targets, IDS[page]
-        for name in re.findall(r"`make ([a-z]+)", TEXTS[page]):
+        for name in re.findall(r"`make ([a-z-]+)", TEXTS[page]):
             assert name in targets, f"{IDS[page]}: make {name}"
         for names in re.findall(r"(?:\.|railenv)\[([a-z,0-9]+)\]'", TEXTS[page]):
             assert set(names.split(",")) <= set(project["optional-dependencies"]), IDS[page]

@@ -1,10 +1,13 @@
 """What import-linter cannot say of imports: where they stand, and what they cost."""
 
+import ast
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
+import railenv
 from tests.sources import imports
 
 HEAVY = (
@@ -57,3 +60,19 @@ def test_imports_leave_out_what_loads_slowly(packages, left_out):
     code = f"import sys, {packages}; print([name for name in {left_out} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_names_load_lazily_from_where_type_checkers_see_them():
+    tree = ast.parse(Path(railenv.__file__).read_text(encoding="utf-8"))
+    seen = {
+        alias.name: node.module
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom) and node.module.startswith("railenv.")
+        for alias in node.names
+    }
+    assert seen == {name: f"railenv.{module}" for name, module in railenv._HOME.items()}
+    assert railenv.__all__ == sorted(seen)
+    for name in seen:
+        assert getattr(railenv, name) is not None
+    with pytest.raises(AttributeError, match="no attribute 'Boogie'"):
+        railenv.Boogie  # noqa: B018

@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from railenv import Bogie, DualWheelset, Equipped, checks
+from railenv import Equipped, Model, checks, mounting
 from railenv.envs.fleet import BOUND
 from railenv.envs.observation import Reading
 from railenv.errors import ParameterError, shown
@@ -25,7 +25,7 @@ Floats = NDArray[np.floating[Any]]
 
 
 class Controller(ABC):
-    """A yaw-damping controller, one for one vehicle or for many side by side.
+    """A controller of a vehicle's actuators, one for one vehicle or for many side by side.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Controller(ABC):
         Returns
         -------
         ndarray, shape (n_actuators,) or (count, n_actuators)
-            Commanded moments as shares of the limit.
+            Commanded moments (or forces) as shares of each actuator's limit.
         """
 
     @property
@@ -116,20 +116,87 @@ def observation_rows(observation: Any, count: int | None, width: int) -> Array:
     return np.atleast_2d(np.clip(rows, -BOUND, BOUND))
 
 
-def equipped(model: Bogie | DualWheelset | Equipped) -> Equipped:
+def equipped(model: Model) -> Equipped:
     """Return a vehicle with actuators and sensors: its own, or the default ones.
+
+    Those are yaw actuators between frames and what is above them, or between wheelsets and what holds
+    them where no frame moves.
 
     Raises
     ------
     ParameterError
         If the model can carry none, or has no actuators.
     """
-    if isinstance(model, Bogie):
-        return Equipped(model, "secondary")
-    if isinstance(model, DualWheelset):
-        return Equipped(model, "primary")
-    if not isinstance(model, Equipped):
-        raise ParameterError(f"model is {model!r}; it must be a Bogie, a DualWheelset or Equipped")
-    if model.place == "none":
-        raise ParameterError("the vehicle has no actuators; place must be 'secondary' or 'primary'")
-    return model
+    if not isinstance(model, Model):
+        raise ParameterError(f"model is {shown(model)}; it must be a railenv.Model")
+    if isinstance(model, Equipped):
+        if not model.command_names:
+            raise ParameterError(
+                f"{model.plant.name} has no actuators; place must be 'secondary', 'primary' or 'both', "
+                "or actuators be given"
+            )
+        return model
+    usual = mounting.places(model)
+    return Equipped(model, "secondary" if "secondary" in usual else "primary")
+
+
+def vehicle_name(model: Equipped) -> str:
+    """Return what to call an equipped model's vehicle."""
+    vehicle = getattr(model.plant, "vehicle", None)
+    return model.plant.name if vehicle is None else str(vehicle.name)
+
+
+def check_single_actuator(model: Equipped, what: str) -> None:
+    """Raise ParameterError unless a model has a single yaw actuator; ``what`` needs it."""
+    mounts = model.equipment.mounts
+    if len(mounts) != 1 or mounts[0].acts != "yaw":
+        kinds = ", ".join(f"{m.name} ({m.acts})" for m in mounts)
+        raise ParameterError(
+            f"{model.name} has the actuators {kinds or 'none'}; {what} needs a single yaw actuator"
+        )
+
+
+def sensed_bodies(model: Equipped, what: str) -> list[str]:
+    """Return for each yaw actuator the body whose sensors tell what it damps.
+
+    That is the first of the bodies that it acts on, else the second, else the only one with sensors.
+
+    Raises
+    ------
+    ParameterError
+        If an actuator is not a yaw actuator, or has no such body; ``what`` needs it.
+    """
+    found = []
+    for mount in model.equipment.mounts:
+        near = [body for body in mount.between if body in model.sensed]
+        chosen = near or [*model.sensed]
+        if mount.acts != "yaw" or not (near or len(chosen) == 1):
+            raise ParameterError(
+                f"{model.name} has the {mount.acts} actuator {mount.name} between "
+                f"{' and '.join(mount.between)}, and sensors on {', '.join(model.sensed)}; {what} needs "
+                "yaw actuators, with sensors on a body that each acts on"
+            )
+        found.append(chosen[0])
+    return found
+
+
+def check_limits(commands: Sequence[str], limit: Any) -> float | tuple[float, ...]:
+    """Return the limits of some commands: one number where they are alike.
+
+    Parameters
+    ----------
+    commands : sequence of str
+    limit : float or sequence of float
+        Of all commands, or of each; N m (N of a lateral actuator).
+
+    Raises
+    ------
+    ParameterError
+        If a limit is not a positive number, or their number is another.
+    """
+    if not isinstance(limit, (list, tuple, np.ndarray)):
+        return checks.number("limit", limit, low=0.0, open_low=True, unit="N m")
+    values = tuple(checks.number("limit", v, low=0.0, open_low=True, unit="N m") for v in limit)
+    if len(values) != len(commands):
+        raise ParameterError(f"limit is {shown(limit)}; it must have {len(commands)} numbers")
+    return values[0] if len(set(values)) == 1 else values

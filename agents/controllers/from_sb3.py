@@ -63,7 +63,7 @@ def policy_parts(model: Any, vecnormalize: Any, env: Any) -> dict[str, Any]:
         "network": network,
         "readings": tuple(fleet.observation_table),
         "commands": tuple(fleet.model.command_names),
-        "limit": fleet.model.actuator.limit,
+        "limit": fleet.model.limits,
         "observation": fleet.settings.observation,
         "memory": memory,
         "base": base,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from typing import Any, Literal, Self, get_args
@@ -11,7 +12,7 @@ import control
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.controllers.controller import Controller, check_labels, observation_rows
+from agents.controllers.controller import Controller, check_labels, check_limits, observation_rows
 from agents.controllers.files import ControllerFile, read, restored, write
 from agents.controllers.linear_kinds import LINEAR
 from agents.controllers.memory import Memory, MemorySettings
@@ -57,8 +58,8 @@ class LearnedPolicy(Controller):
         The observation's entries, without history.
     commands : tuple of str
         Inputs of the equipped model that it commands.
-    limit : float
-        Largest moment, N m.
+    limit : float or sequence of float
+        Largest moment (N m; N of a lateral actuator), of all commands or of each.
     observation : {"state", "sensors"}
     memory : MemorySettings
     base : ScheduledController, optional
@@ -73,7 +74,7 @@ class LearnedPolicy(Controller):
     network: Network
     readings: tuple[Reading, ...]
     commands: tuple[str, ...]
-    limit: float
+    limit: float | Sequence[float] | Array
     observation: Literal["state", "sensors"]
     memory: MemorySettings = field(default_factory=MemorySettings)
     base: ScheduledController | None = None
@@ -83,10 +84,10 @@ class LearnedPolicy(Controller):
 
     def __post_init__(self) -> None:
         checks.known("observation", [self.observation], get_args(Observation))
-        checks.number("limit", self.limit, low=0.0, open_low=True, unit="N m")
         checks.number("period", self.period, low=0.0, open_low=True, unit="s")
         checks.number("authority", self.authority, low=0.0, high=1.0, open_low=True)
         check_labels(self.readings, self.commands)
+        self.limit = check_limits(self.commands, self.limit)
         self._memory = Memory(self.memory, self.readings, self.commands, self.period, self.base)
         expected = self._stacked_width + len(self._memory.names)
         if (self.network.n_inputs, self.network.n_outputs) != (expected, len(self.commands)):
@@ -100,6 +101,11 @@ class LearnedPolicy(Controller):
             raise ParameterError("the network's signs are not those of its readings in the mirror")
         self._scales = np.array([reading.scale for reading in self.readings])
         self.reset()
+
+    @property
+    def limits(self) -> Array:
+        """Largest moment (N m) or force (N) of each command."""
+        return np.full(len(self.commands), self.limit)
 
     @property
     def _stacked_width(self) -> int:
@@ -155,7 +161,7 @@ class LearnedPolicy(Controller):
         EquilibriumError
             If it does not settle.
         """
-        return self._settle(signals).shares * self.limit
+        return self._settle(signals).shares * self.limits
 
     def linearize(self, signals: Array) -> control.StateSpace:
         """Return its exact linearisation, in discrete time, about being settled at some signals.
@@ -188,8 +194,8 @@ class LearnedPolicy(Controller):
         return control.ss(
             A,
             B * units,
-            self.limit * C,
-            self.limit * D * units,
+            self.limits[:, None] * C,
+            self.limits[:, None] * D * units,
             self.period,
             inputs=self.input_labels,
             outputs=self.output_labels,

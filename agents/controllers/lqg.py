@@ -9,11 +9,11 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.controllers.controller import equipped
+from agents.controllers.controller import equipped, vehicle_name
 from agents.controllers.lqr import speed_nodes
 from agents.controllers.scheduled import CONTROL_PERIOD, Law, ScheduledController, readings_of
 from design.linear.regulator import Disturbances, Observer, Weights, kalman, lqr
-from railenv import Bogie, DualWheelset, Equipped
+from railenv import Model
 
 Array = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ class LQG(ScheduledController):
     @classmethod
     def design(
         cls,
-        model: Bogie | DualWheelset | Equipped,
+        model: Model,
         *,
         speed: float | None = None,
         speeds: Sequence[float] | None = None,
@@ -40,7 +40,7 @@ class LQG(ScheduledController):
 
         Parameters
         ----------
-        model : Bogie, DualWheelset or Equipped
+        model : Model
         speed, speeds : float or sequence of float
             One of them, m/s.
         weights : design.Weights, optional
@@ -54,7 +54,7 @@ class LQG(ScheduledController):
         signals = [reading.signal for reading in readings]
         w = Weights() if weights is None else weights
         d = Disturbances() if disturbances is None else disturbances
-        gravity = vehicle.plant.vehicle.gravity
+        gravity = vehicle.gravity
         stacked: dict[str, list[Array]] = {name: [] for name in "ABCDE"}
         for v in nodes:
             observer = kalman(vehicle, speed=v, disturbances=d, period=period)
@@ -68,10 +68,10 @@ class LQG(ScheduledController):
         about = {
             "weights": dataclasses.asdict(w),
             "disturbances": dataclasses.asdict(d),
-            "vehicle": vehicle.plant.vehicle.name,
+            "vehicle": vehicle_name(vehicle),
         }
-        limit = vehicle.actuator.limit
-        return cls(law, readings, vehicle.command_names, limit, "sensors", period, about)
+        limits = vehicle.limits
+        return cls(law, readings, vehicle.command_names, limits, "sensors", period, about)
 
 
 def _law(

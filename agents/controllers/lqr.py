@@ -9,10 +9,10 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.controllers.controller import equipped
+from agents.controllers.controller import equipped, vehicle_name
 from agents.controllers.scheduled import CONTROL_PERIOD, Law, ScheduledController, readings_of
 from design.linear.regulator import Weights, lqr
-from railenv import Bogie, DualWheelset, Equipped, checks, find_equilibrium
+from railenv import Equipped, Model, checks, find_equilibrium
 from railenv.errors import ParameterError
 
 Array = NDArray[np.float64]
@@ -28,7 +28,7 @@ class LQR(ScheduledController):
     @classmethod
     def design(
         cls,
-        model: Bogie | DualWheelset | Equipped,
+        model: Model,
         *,
         speed: float | None = None,
         speeds: Sequence[float] | None = None,
@@ -39,7 +39,7 @@ class LQR(ScheduledController):
 
         Parameters
         ----------
-        model : Bogie, DualWheelset or Equipped
+        model : Model
         speed, speeds : float or sequence of float
             One of them, m/s.
         weights : design.Weights, optional
@@ -58,10 +58,10 @@ class LQR(ScheduledController):
             D[k][:, columns] = -regulator.gain
             for signal, shift in _curve_shift(vehicle, v, regulator.system.state_labels).items():
                 D[k][:, signals.index(signal)] += regulator.gain @ shift
-        about = {"weights": dataclasses.asdict(w), "vehicle": vehicle.plant.vehicle.name}
-        limit = vehicle.actuator.limit
+        about = {"weights": dataclasses.asdict(w), "vehicle": vehicle_name(vehicle)}
+        limits = vehicle.limits
         law = Law.of(nodes, D)
-        return cls(law, readings, vehicle.command_names, limit, "state", period, about)
+        return cls(law, readings, vehicle.command_names, limits, "state", period, about)
 
 
 def _curve_shift(model: Equipped, speed: float, labels: Sequence[str]) -> dict[str, Array]:
@@ -71,7 +71,7 @@ def _curve_shift(model: Equipped, speed: float, labels: Sequence[str]) -> dict[s
     conditions = model.plant.condition_jacobian(state, speed=speed)
     per_curvature, per_cant = -np.linalg.solve(A, conditions[:, 1:]).T
     # cant deficiency = V^2 k / g - cant
-    per_curvature = per_curvature * model.plant.vehicle.gravity / speed**2
+    per_curvature = per_curvature * model.gravity / speed**2
     names = model.plant.state_names
     picked = np.array([[x[names.index(n)] if n in names else 0.0 for n in labels]
                        for x in (per_curvature, per_curvature + per_cant)])  # fmt: skip

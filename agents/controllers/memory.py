@@ -250,7 +250,8 @@ class Memory:
             A, B, C, D, E = base
             scales = np.array([reading.scale for reading in self.readings])
             demand = np.zeros((m, n))
-            demand[:, zb] = C / self.base.limit
-            Fs, Fy = np.vstack([Fs, demand]), np.vstack([Fy, D * scales / self.base.limit])
-            Gs[zb, zb], Gy[zb], Gu[zb] = A, B * scales, E * self.base.limit
+            limits = self.base.limits
+            demand[:, zb] = C / limits[:, None]
+            Fs, Fy = np.vstack([Fs, demand]), np.vstack([Fy, D * scales / limits[:, None]])
+            Gs[zb, zb], Gy[zb], Gu[zb] = A, B * scales, E * limits
         return LinearMemory(Fs, Fy, Gs, Gy, Gu)

@@ -15,9 +15,9 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from agents.controllers.controller import equipped
+from agents.controllers.controller import equipped, sensed_bodies
 from agents.controllers.scheduled import CONTROL_PERIOD, Law, ScheduledController, readings_of
-from railenv import Bogie, DualWheelset, Equipped, checks
+from railenv import Equipped, Model, checks
 from railenv.envs.observation import Reading
 from railenv.errors import ParameterError
 
@@ -54,7 +54,7 @@ class OutputFeedback(ScheduledController):
     @classmethod
     def design(
         cls,
-        model: Bogie | DualWheelset | Equipped,
+        model: Model,
         *,
         speeds: ArrayLike,
         gains: ArrayLike,
@@ -66,8 +66,8 @@ class OutputFeedback(ScheduledController):
 
         Parameters
         ----------
-        model : Bogie, DualWheelset or Equipped
-            One sensor for each actuator, as on a dual wheelset, or one for the only one.
+        model : Model
+            With yaw actuators only, and sensors on a body that each acts on (or on a single body).
         speeds : array_like, shape (k,)
             m/s.
         gains : array_like, shape (k, 4)
@@ -77,6 +77,11 @@ class OutputFeedback(ScheduledController):
             Control period, s.
         about : dict, optional
             How the gains were found, kept in the file.
+
+        Raises
+        ------
+        ParameterError
+            If the model has other actuators or sensors, or the gains another shape.
         """
         vehicle = equipped(model)
         f = Filters() if filters is None else filters
@@ -97,9 +102,9 @@ class OutputFeedback(ScheduledController):
             C=np.einsum("ki,imn->kmn", K, C),
             D=np.einsum("ki,imn->kmn", K, D),
         )
-        limit = vehicle.actuator.limit
+        limits = vehicle.limits
         told = {"filters": asdict(f), "gains": K.tolist(), **(about or {})}
-        return cls(law, readings, vehicle.command_names, limit, "sensors", period, told)
+        return cls(law, readings, vehicle.command_names, limits, "sensors", period, told)
 
 
 def basis(
@@ -110,20 +115,18 @@ def basis(
     Shapes (n, n), (n, p), (4, m, n) and (4, m, p).
     """
     signals = [reading.signal for reading in readings]
-    commands = model.command_names
-    m, p, n = len(commands), len(signals), 4 * len(commands)
-    gravity = model.plant.vehicle.gravity
+    m, p = len(model.command_names), len(signals)
+    n = 4 * m
+    gravity = model.gravity
     washout = _share(filters.washout, period)
     A, B = np.zeros((n, n)), np.zeros((n, p))
     C, D = np.zeros((len(GAINS), m, n)), np.zeros((len(GAINS), m, p))
-    for c, command in enumerate(commands):
-        body = command.removeprefix("command_")
+    for c, body in enumerate(sensed_bodies(model, "output feedback")):
         for s, (kind, corner) in enumerate(
             (("accel", filters.acceleration), ("gyro", filters.yaw_rate))
         ):
             y = np.zeros(p)
-            own = f"{kind}_{body}" in signals
-            y[signals.index(f"{kind}_{body}" if own else f"{kind}_b")] = 1.0
+            y[signals.index(f"{kind}_{body}")] = 1.0
             if kind == "accel":  # what cant deficiency puts in is known
                 y[signals.index("cant_deficiency")] = gravity
             mean, low = 4 * c + 2 * s, 4 * c + 2 * s + 1

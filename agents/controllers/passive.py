@@ -8,19 +8,19 @@ import numpy as np
 
 from agents.controllers.controller import equipped
 from agents.controllers.scheduled import CONTROL_PERIOD, Law, ScheduledController, readings_of
-from railenv import Bogie, DualWheelset, Equipped
+from railenv import Model
 
 
 class Passive(ScheduledController):
     """Commands nothing."""
 
     @classmethod
-    def design(cls, model: Bogie | DualWheelset | Equipped, *, period: float = CONTROL_PERIOD) -> Self:
+    def design(cls, model: Model, *, period: float = CONTROL_PERIOD) -> Self:
         """Return it for a vehicle."""
         vehicle = equipped(model)
         readings = readings_of(vehicle, "sensors", period)
         gain = np.zeros((1, len(vehicle.command_names), len(readings)))
-        limit = vehicle.actuator.limit
+        limits = vehicle.limits
         return cls(
-            Law.of([1.0], gain), readings, vehicle.command_names, limit, "sensors", period, about={}
+            Law.of([1.0], gain), readings, vehicle.command_names, limits, "sensors", period, about={}
         )

@@ -1,15 +1,17 @@
 """Linear sampled controllers scheduled over speed: every classical controller is one.
 
-With y the observation in SI units and u the commanded moments (N m), each control period
+With y the observation in SI units and u the commanded moments (N m; N of a lateral actuator), each
+control period
 
     u = C z + D y,        z' = A z + B y + E sat(u),
 
-where sat() keeps the moment within the actuator's limit, so that an observer knows what was applied.
+where sat() keeps each moment within its actuator's limit, so that an observer knows what was applied.
 Matrices are linear in speed between the speeds at which they were designed, and constant beyond.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from typing import Any, Literal, Self, get_args
@@ -18,7 +20,7 @@ import control
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from agents.controllers.controller import Controller, check_labels, observation_rows
+from agents.controllers.controller import Controller, check_labels, check_limits, observation_rows
 from agents.controllers.files import ControllerFile, read, write
 from railenv import Equipped, checks
 from railenv.envs.observation import Observation, Reading, observation_table
@@ -140,8 +142,8 @@ class ScheduledController(Controller):
         The observation's entries, as the environment has them.
     commands : tuple of str
         Inputs of the equipped model that it commands.
-    limit : float
-        Largest moment, N m.
+    limit : float or sequence of float
+        Largest moment (N m; N of a lateral actuator), of all commands or of each.
     observation : {"state", "sensors"}
     period : float
         Control period, s.
@@ -152,16 +154,16 @@ class ScheduledController(Controller):
     law: Law
     readings: tuple[Reading, ...]
     commands: tuple[str, ...]
-    limit: float
+    limit: float | Sequence[float] | Array
     observation: Literal["state", "sensors"]
     period: float = CONTROL_PERIOD
     about: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         checks.known("observation", [self.observation], get_args(Observation))
-        checks.number("limit", self.limit, low=0.0, open_low=True, unit="N m")
         checks.number("period", self.period, low=0.0, open_low=True, unit="s")
         check_labels(self.readings, self.commands)
+        self.limit = check_limits(self.commands, self.limit)
         names = [reading.name for reading in self.readings]
         shape = (len(self.commands), len(names))
         if self.law.D.shape[1:] != shape:
@@ -171,16 +173,23 @@ class ScheduledController(Controller):
             )
         self._scales = np.array([reading.scale for reading in self.readings])
         self._speed_at = names.index("speed")
+        self._limits = self.limits
         self.reset()
 
     def __str__(self) -> str:
         reads = {"state": "full state", "sensors": "sensors"}[self.observation]
         speeds = self.law.speeds
         laws = "one law" if len(speeds) == 1 else f"laws for {speeds[0]:g} to {speeds[-1]:g} m/s"
+        limits = ", ".join(f"{limit:g}" for limit in dict.fromkeys(self.limits.tolist()))
         return (
             f"{self.name}: {laws} from {reads} to {', '.join(self.commands)}, "
-            f"order {self.law.A.shape[1]}, within {self.limit:g} N m, every {1e3 * self.period:g} ms"
+            f"order {self.law.A.shape[1]}, within {limits} N m, every {1e3 * self.period:g} ms"
         )
+
+    @property
+    def limits(self) -> Array:
+        """Largest moment (N m) or force (N) of each command."""
+        return np.full(len(self.commands), self.limit)
 
     # ------------------------------------------------------------------ running
 
@@ -216,14 +225,14 @@ class ScheduledController(Controller):
             self._now = self.law.at(self._speeds)
         C, D = (matrix.transpose(0, 2, 1) for matrix in self._now[2:4])
         self._seen = y
-        shares = (self._z[:, None, :] @ C + y[:, None, :] @ D)[:, 0] / self.limit
+        shares = (self._z[:, None, :] @ C + y[:, None, :] @ D)[:, 0] / self._limits
         return shares[0] if self._single else shares
 
     def advance(self, shares: Floats) -> None:
         """Advance by a control period in which moments (shares of the limit) are commanded."""
         if self._z.shape[1]:
             A, B, E = (self._now[k].transpose(0, 2, 1) for k in (0, 1, 4))
-            moments = np.reshape(shares, (len(self._z), 1, -1)) * self.limit
+            moments = np.reshape(shares, (len(self._z), 1, -1)) * self._limits
             self._z = (self._z[:, None, :] @ A + self._seen[:, None, :] @ B + moments @ E)[:, 0]
 
     # ------------------------------------------------------------------ design.Feedback

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from agents.controllers.controller import Controller, equipped
 from agents.evaluation.nonlinear import OFFSET, Place, amplitudes
-from railenv import Bogie, DualWheelset, Equipped
+from railenv import Model
 
 if TYPE_CHECKING:
     import control
@@ -36,7 +36,7 @@ class ClosedLoopDiagram:
     offset : ndarray, shape (n_offsets,)
         m, lateral, of all bodies at the start.
     amplitude : ndarray, shape (n_offsets, n_speeds)
-        Half the range of y_w1 in the last second, m; infinity where there is no running equilibrium.
+        Half the range of the leading wheelset in the last second, m; infinity where there is no running equilibrium.
     duration : float
         s, of each run.
     """
@@ -56,7 +56,7 @@ class ClosedLoopDiagram:
 
 def closed_loop_diagram(
     controller: Controller,
-    model: Bogie | DualWheelset | Equipped,
+    model: Model,
     speeds: Sequence[float],
     *,
     name: str | None = None,
@@ -70,7 +70,7 @@ def closed_loop_diagram(
     Parameters
     ----------
     controller : Controller
-    model : Bogie, DualWheelset or Equipped
+    model : Model
         With default actuators and sensors if it has none.
     speeds : sequence of float
         m/s.

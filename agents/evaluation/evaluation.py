@@ -1,28 +1,18 @@
-"""How much faster a vehicle runs without hunting: the evaluation that every controller gets alike."""
+"""What an evaluation of a controller asks for and finds, and its file."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-import design
-from agents.controllers.controller import Controller, equipped
-from agents.evaluation.growth import growth_rates
-from agents.evaluation.nonlinear import Place, disturbed_critical_speed, ramp_down
-from agents.evaluation.rollout import Case, Rollout, Track
-from design.loop.feedback import Feedback
-from railenv import Bogie, DualWheelset, Equipped, checks
-from railenv.envs.metrics import episode_metrics
-from railenv.envs.observation import CANT_BASE
-from railenv.errors import EquilibriumError, ParameterError, shown
+from railenv import checks
+from railenv.errors import ParameterError, shown
 from railenv.files import write_whole
 
 if TYPE_CHECKING:
@@ -31,8 +21,6 @@ if TYPE_CHECKING:
 
 SCHEMA = "railenv evaluation 1"
 
-_BEYOND = 1.05  # of the linear critical speed, where hunting is established for the ramp
-_MARGIN = 10.0  # m/s
 _RIDE = (
     "speed",
     "moment_rms",
@@ -56,9 +44,10 @@ class Plan:
     curves : tuple of (float, float)
         Radius (m) and cant (rad) of each; the first is where everything is evaluated.
     conicity : (float, float)
-        Range of the robust critical speed.
+        Range of the robust critical speed, for vehicles with a parameter of that name.
     frictions : tuple of float
-        Coefficients at which the nonlinear critical speed is looked at, beside the vehicle's own.
+        Coefficients at which the nonlinear critical speed is looked at, beside the vehicle's own, for
+        vehicles with a parameter ``friction``.
     ride_speeds : tuple of float
         m/s, of runs on irregular track with noisy sensors.
     ride_duration : float
@@ -170,12 +159,13 @@ class Evaluation:
     curves : tuple of CurveResult
     robust : float or None
         Robust critical speed over conicity, on the first curve; None if a vehicle is unstable at the
-        lowest speed, or the controller has no linearisation.
+        lowest speed, the controller has no linearisation, or the vehicle no parameter ``conicity``.
     worst : mapping of str to float
         The vehicle that sets it.
     ride : tuple of mapping
-        Of each run on irregular track: speed, rms and peak moment (N m), rms and peak acceleration
-        (m/s^2), readings of 49 CFR 213.333 and EN 14363 as shares of their limits, whether it derailed.
+        Of each run on irregular track: speed, rms and peak moment of the yaw actuators (N m; force of
+        the lateral ones, N, where there are only those), rms and peak acceleration (m/s^2), readings of
+        49 CFR 213.333 and EN 14363 as shares of their limits, whether it derailed.
     delays : mapping of str to (linear, robust)
         Critical speeds at other delays (s).
     noises : mapping of str to float
@@ -274,230 +264,6 @@ class Evaluation:
         from agents.evaluation.evaluation_plots import plot_evaluation
 
         return plot_evaluation(self, ax)
-
-
-def evaluate(
-    controller: Controller,
-    model: Bogie | DualWheelset | Equipped,
-    *,
-    name: str | None = None,
-    plan: Plan | None = None,
-    progress: bool = False,
-) -> Evaluation:
-    """Evaluate a controller on a vehicle.
-
-    Parameters
-    ----------
-    controller : Controller
-    model : Bogie, DualWheelset or Equipped
-        With default actuators and sensors if it has none.
-    name : str, optional
-        What to call the controller; its class's name when left out.
-    plan : Plan, optional
-    progress : bool
-        Show a progress bar.
-
-    Returns
-    -------
-    Evaluation
-
-    Raises
-    ------
-    ParameterError
-        If the controller does not suit the vehicle.
-    """
-    vehicle = equipped(model)
-    todo = Plan() if plan is None else plan
-    worker = _Evaluator(vehicle, controller, todo)
-    curves: Iterable[tuple[float, float]] = todo.curves
-    if progress:
-        from rich.progress import track
-
-        curves = track(list(todo.curves), description=f"evaluating {name or controller.name}")
-    results = tuple(worker.curve(radius, cant) for radius, cant in curves)
-    robust, worst = worker.robust(vehicle)
-    return Evaluation(
-        controller=name or controller.name,
-        model_name=vehicle.name,
-        vehicle=vehicle.plant.vehicle.name,
-        observation=controller.observation,
-        curves=results,
-        robust=robust,
-        worst=worst,
-        ride=tuple(worker.ride()),
-        delays={f"{delay:g}": worker.with_delay(delay) for delay in todo.delays},
-        noises={f"{factor:g}": worker.with_noise(factor) for factor in todo.noises},
-        about=dict(getattr(controller, "about", {})),
-        plan=todo,
-    )
-
-
-@dataclass
-class _Evaluator:
-    """The parts of an evaluation."""
-
-    model: Equipped
-    controller: Controller
-    plan: Plan
-
-    def curve(self, radius: float, cant: float) -> CurveResult:
-        linear, loss, frequency = self.linear(self.model, radius, cant)
-        low, top = self.plan.speed_range
-        place = Place(radius, cant)
-        disturbed = disturbed_critical_speed(
-            self.model, self.controller, place, speed_range=self.plan.speed_range
-        )
-        start = min(top, max(_BEYOND * (linear or 0.0), (disturbed or 0.0) + _MARGIN, 2.0 * low))
-        ramp, established = self._ramp(place, start)
-        return CurveResult(
-            radius,
-            cant,
-            linear,
-            loss,
-            frequency,
-            disturbed,
-            ramp,
-            established,
-            {f"{mu:g}": self._at_friction(radius, cant, mu) for mu in self.plan.frictions},
-            self._deficiency_limit(radius, cant),
-        )
-
-    def _ramp(self, place: Place, start: float) -> tuple[float | None, bool]:
-        """Return where hunting stops, from a start at which there is an equilibrium."""
-        while True:
-            try:
-                found = ramp_down(
-                    self.model, self.controller, place, start=start, lowest=self.plan.speed_range[0]
-                )
-            except EquilibriumError:
-                start *= 0.95
-                if start <= self.plan.speed_range[0]:
-                    return None, False
-                continue
-            return (found.stops if found.established else None), found.established
-
-    def linear(
-        self, model: Equipped, radius: float, cant: float
-    ) -> tuple[float | None, str, float | None]:
-        """Return linear critical speed, loss and frequency."""
-        if not isinstance(self.controller, Feedback):
-            return self._measured(model, radius, cant)
-        try:
-            found = design.critical_speed(
-                model,
-                radius=radius,
-                cant=cant,
-                controller=self.controller,
-                speed_range=self.plan.speed_range,
-            )
-        except EquilibriumError:
-            return None, "end", None
-        speed = self.plan.speed_range[1] if found.loss == "none" else found.speed
-        return speed, found.loss, found.frequency
-
-    def _measured(
-        self, model: Equipped, radius: float, cant: float
-    ) -> tuple[float | None, str, float | None]:
-        """Return the speed up to which small motions decay in the environment, refined in rounds."""
-        low, high = self.plan.speed_range
-        speeds = np.geomspace(low, high, 32)
-        for _ in range(3):
-            try:
-                rates = growth_rates(model, self.controller, speeds.tolist(), radius=radius, cant=cant)
-            except EquilibriumError:
-                speeds = np.linspace(speeds[0], speeds[-1] * 0.9, len(speeds))
-                continue
-            growing = np.flatnonzero(rates >= 0.0)
-            if not len(growing):
-                return float(speeds[-1]), "none", None
-            k = int(growing[0])
-            if k == 0:
-                return None, "unstable at start", None
-            share = -rates[k - 1] / (rates[k] - rates[k - 1])
-            result = float(speeds[k - 1] + share * (speeds[k] - speeds[k - 1]))
-            speeds = np.linspace(speeds[k - 1], speeds[k], len(speeds))
-        return result, "hunting", None
-
-    def _at_friction(self, radius: float, cant: float, friction: float) -> float | None:
-        place = Place(radius, cant, {"friction": friction})
-        return disturbed_critical_speed(
-            self.model, self.controller, place, speed_range=self.plan.speed_range
-        )
-
-    def _deficiency_limit(self, radius: float, cant: float) -> float | None:
-        if math.isinf(radius):
-            return None
-        gravity = self.model.plant.vehicle.gravity
-        return math.sqrt(abs(radius) * gravity * (0.150 / CANT_BASE + abs(cant)))
-
-    def robust(self, model: Equipped) -> tuple[float | None, dict[str, float]]:
-        """Return the robust critical speed over conicity, and the worst vehicle."""
-        if not isinstance(self.controller, Feedback):
-            return None, {}
-        radius, cant = self.plan.curves[0]
-        found = design.robust_critical_speed(
-            model,
-            self.controller,
-            {"conicity": self.plan.conicity},
-            radius=radius,
-            cant=cant,
-            speed_range=self.plan.speed_range,
-            samples=24,
-        )
-        return found.speed, dict(found.worst)
-
-    def with_delay(self, delay: float) -> tuple[float | None, float | None]:
-        """Return linear and robust critical speed at another delay."""
-        model = self.model.replace(delay=delay)
-        if self.controller.observation == "state":
-            # the commands on their way are part of what it reads: it is made for its own delay
-            return None, None
-        return self.linear(model, *self.plan.curves[0])[0], self.robust(model)[0]
-
-    def with_noise(self, factor: float) -> float:
-        """Return the rms moment (N m) at the first ride speed, on smooth track, with scaled noise."""
-        s = self.model.sensors
-        model = self.model.replace(
-            accelerometer_noise=factor * s.accelerometer_noise,
-            gyro_noise=factor * s.gyro_noise,
-            accelerometer_bias=factor * s.accelerometer_bias,
-            gyro_bias=factor * s.gyro_bias,
-        )
-        radius, cant = self.plan.curves[0]
-        case = Case(self.plan.ride_speeds[0], radius, cant)
-        rollout = Rollout(model, self.controller, [case], Track(noise=True))
-        return float(_moments(rollout, self.plan.ride_duration)[0][0])
-
-    def ride(self) -> Sequence[Mapping[str, float]]:
-        """Run on irregular track with noisy sensors."""
-        radius, cant = self.plan.curves[0]
-        cases = [Case(speed, radius, cant) for speed in self.plan.ride_speeds]
-        rollout = Rollout(self.model, self.controller, cases, Track("low", noise=True))
-        rms, peak = _moments(rollout, self.plan.ride_duration)
-        rows = []
-        for i, case in enumerate(cases):
-            metrics = episode_metrics(rollout.fleet, i)
-            rows.append(
-                {
-                    "speed": case.speed,
-                    "moment_rms": float(rms[i]),
-                    "moment_peak": float(peak[i]),
-                    "acceleration_rms": metrics["acceleration_rms"],
-                    "acceleration_peak": metrics["acceleration_peak"],
-                    "cfr_213_333": metrics["cfr_213_333"],
-                    "en_14363": metrics["en_14363"],
-                    "derailed": float(rollout.derailed[i]),
-                }
-            )
-        return rows
-
-
-def _moments(rollout: Rollout, duration: float) -> Any:
-    """Run, and return rms and peak of the applied moments (N m) of each case."""
-    names = [n for n in rollout.fleet.model.state_names if n.startswith("T_")]
-    limit = rollout.fleet.model.actuator.limit
-    moments = np.clip(rollout.run(duration, names).states, -limit, limit)
-    return np.sqrt((moments**2).mean(axis=(0, 2))), np.abs(moments).max(axis=(0, 2))
 
 
 def save_evaluations(evaluations: Sequence[Evaluation], path: str | PathLike[str]) -> None:

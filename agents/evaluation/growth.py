@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import design
 from agents.controllers.controller import Controller, equipped
 from agents.evaluation.rollout import Case, Rollout
-from railenv import Bogie, DualWheelset, Equipped
+from railenv import Equipped, Model
 from railenv.errors import ParameterError
 
 Array = NDArray[np.float64]
@@ -21,14 +21,12 @@ SMALL = 1e-6
 """m, the offset of all bodies from which motions grow or decay; far below the width of any kink."""
 
 
-def linear_growth_rates(
-    model: Bogie | DualWheelset | Equipped, controller: Any, speeds: Sequence[float]
-) -> Array:
+def linear_growth_rates(model: Model, controller: Any, speeds: Sequence[float]) -> Array:
     """Return the growth rate (1/s) of the least stable mode of the linear closed loop at some speeds.
 
     Parameters
     ----------
-    model : Bogie, DualWheelset or Equipped
+    model : Model
     controller : design.Feedback or None
         None is the vehicle alone.
     speeds : sequence of float
@@ -77,7 +75,7 @@ def growth_rates(
         1/s.
     """
     cases = [Case(v, radius, cant, SMALL, vehicle or {}) for v in speeds]
-    names = [n for n in model.plant.state_names if n[0] == "y" or n[:3] == "psi"]
+    names = [own[c] for own in model.body_states.values() for c in ("y", "psi") if c in own]
     motion = Rollout(model, controller, cases).run(duration, names)
     half = len(motion.time) // 2
     values = motion.states[half:] - motion.states[half:].mean(axis=0)

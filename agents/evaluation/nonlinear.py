@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents.controllers.controller import Controller
-from agents.evaluation.rollout import Case, Rollout, startable
+from agents.evaluation.rollout import Case, Rollout, leading, startable
 from railenv import Equipped, checks
 
 Array = NDArray[np.float64]
@@ -66,7 +66,9 @@ def amplitudes(
     offset: float = OFFSET,
     duration: float = _SETTLING,
 ) -> Array:
-    """Return what is left of a lateral offset at several speeds: half the range of y_w1 at the end, m.
+    """Return what is left of a lateral offset at several speeds: half the range at the end, m.
+
+    It is read at the leading wheelset.
 
     Speeds at which there is no running equilibrium give infinity.
     """
@@ -76,7 +78,7 @@ def amplitudes(
     if len(possible):
         rollout = Rollout(model, controller, [cases[k] for k in possible])
         motion = rollout.run(duration)
-        last = motion["y_w1"][-round(_WINDOW / rollout.period) :]
+        last = motion[leading(model)][-round(_WINDOW / rollout.period) :]
         left = np.where(np.isfinite(last).all(axis=0), np.ptp(last, axis=0) / 2.0, math.inf)
         result[possible] = left
     return result
@@ -141,7 +143,8 @@ class Ramp:
     established : bool
         Whether the vehicle hunted at the start; if not, ``stops`` is the start.
     speed, amplitude : ndarray
-        Half the range of y_w1 (m) in each second, with the speed at its middle.
+        Half the range of the leading wheelset's lateral displacement (m) in each second, with the speed
+        at its middle.
     """
 
     stops: float | None
@@ -184,7 +187,7 @@ def ramp_down(
         controller.reset(1)
         rollout.controller = controller
     # first the controller gets its chance at the start
-    settled = rollout.run(_SETTLING)["y_w1"][-round(_WINDOW / rollout.period) :]
+    settled = rollout.run(_SETTLING)[leading(model)][-round(_WINDOW / rollout.period) :]
     first = float(np.ptp(settled) / 2.0)
     if not first >= QUIET:
         return Ramp(start, start, False, np.array([start]), np.array([first]))
@@ -216,7 +219,8 @@ class _Descent:
     def run(self, lowest: float) -> bool:
         """Slow down until hunting stops, or to the lowest speed; return whether it stopped."""
         rollout, period = self.rollout, self.rollout.period
-        column = rollout.fleet.model.state_names.index("y_w1")
+        model = rollout.fleet.model
+        column = model.state_names.index(leading(model))
         record = np.empty(round(_WINDOW / period))
         while self.speed - self.rate * _WINDOW > lowest:
             self._kept.append((self.speed, rollout.fleet.snapshot(), copy.deepcopy(rollout.controller)))

@@ -11,10 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents.controllers.controller import Controller
-from railenv import Actuator, Equipped, Sensors, checks
-from railenv.envs.episodes import Episode
+from agents.controllers.scheduled import CONTROL_PERIOD
+from railenv import Equipped, checks
+from railenv.envs.episodes import Episode, numbers_of
 from railenv.envs.fleet import Fleet
 from railenv.envs.settings import LOWEST_SPEED, Settings
+from railenv.envs.settings import settings as settings_of
 from railenv.errors import EquilibriumError, ParameterError
 from railenv.irregularity import Level
 
@@ -37,7 +39,7 @@ class Case:
     offset : float
         m, lateral, of all bodies at the start.
     vehicle : mapping of str to float
-        Changes of the vehicle (:meth:`railenv.Vehicle.replace`).
+        Changes of the vehicle (``replace`` of its model).
     roughness : float
         Factor on the track's irregularity, if it has any.
     """
@@ -118,6 +120,8 @@ class Rollout:
     ------
     EquilibriumError
         If a case has no running equilibrium to start from.
+    ParameterError
+        If the controller commands or reads something else than the model has.
     """
 
     def __init__(
@@ -138,6 +142,9 @@ class Rollout:
         settings = _settings(model, controller or like, self.cases, self.track, time_step)
         n = len(self.cases)
         self.fleet = Fleet(settings, n, 1 if n < _SCALAR_BELOW else 16)
+        for given in (controller, like):
+            if given is not None:
+                _check_suits(given, self.fleet)
         self.derailed = np.zeros(n, dtype=bool)
         self._idle = np.zeros((n, self.fleet.n_actuators))
         for i, case in enumerate(self.cases):
@@ -158,9 +165,13 @@ class Rollout:
         self.fleet.step(actions.reshape(self._idle.shape))
         self.derailed |= self.fleet.terms[:, 5] > 0.0
 
-    def run(self, duration: float, names: Sequence[str] = ("y_w1",), every: int = 1) -> Motion:
-        """Advance by a duration (s) and record some states, every so many control periods."""
+    def run(self, duration: float, names: Sequence[str] | None = None, every: int = 1) -> Motion:
+        """Advance by a duration (s) and record states, every so many control periods.
+
+        The lateral displacement of the leading wheelset is recorded unless some are named.
+        """
         states = self.fleet.model.state_names
+        names = [leading(self.fleet.model)] if names is None else names
         checks.known("state", names, states)
         columns = [states.index(name) for name in names]
         steps = round(duration / self.period)
@@ -171,6 +182,11 @@ class Rollout:
                 rows.append(self.fleet.all_states()[:, columns])
         time = np.arange(len(rows), dtype=float) * (every * self.period)
         return Motion(time, np.array(rows), tuple(names), self.derailed.copy())
+
+
+def leading(model: Equipped) -> str:
+    """Return the state that is the lateral displacement of the leading wheelset."""
+    return max(model.guided, key=lambda wheelset: wheelset.x).y
 
 
 def startable(model: Equipped, cases: Sequence[Case]) -> list[bool]:
@@ -196,45 +212,56 @@ def _settings(
     track: Track,
     time_step: float,
 ) -> Settings:
-    sensors: Sensors = model.sensors
     if not track.noise:
         quiet: dict[str, Any] = dict.fromkeys(
             ("accelerometer_noise", "gyro_noise", "accelerometer_bias", "gyro_bias"), 0.0
         )
-        sensors = sensors.replace(**quiet)
-    actuator: Actuator = model.actuator
+        model = model.replace(**quiet)
     speeds = [case.speed for case in cases]
-    return Settings(
-        plant="bogie" if model.plant.name == "bogie" else "dual_wheelset",
-        vehicle=model.plant.vehicle,
-        actuator=model.place,
-        actuator_model=actuator,
-        sensors=sensors,
-        observation="sensors" if controller is None else controller.observation,
-        speed_range=(max(LOWEST_SPEED, min(speeds)), max(speeds)),
-        control_period=getattr(controller, "period", 0.005),
-        irregularity=track.irregularity,
-        time_step=time_step,
-    )
+    keywords = {
+        "model": model,
+        "observation": "sensors" if controller is None else controller.observation,
+        "speed_range": (max(LOWEST_SPEED, min(speeds)), max(speeds)),
+        "control_period": getattr(controller, "period", CONTROL_PERIOD),
+        "irregularity": track.irregularity,
+        "time_step": time_step,
+    }
+    return settings_of("bogie", keywords)
+
+
+def _check_suits(controller: Controller, fleet: Fleet) -> None:
+    """Raise ParameterError where a controller says that it is for other actuators or sensors."""
+    model = fleet.model
+    commands = tuple(getattr(controller, "commands", model.command_names))
+    own = [reading.name for reading in fleet.observation_table]
+    reads = [reading.name for reading in getattr(controller, "readings", fleet.observation_table)]
+    if commands != model.command_names or reads != own:
+        raise ParameterError(
+            f"{controller.name} commands {', '.join(commands)} and reads {', '.join(reads)}; "
+            f"{model.name} has {', '.join(model.command_names) or 'no commands'}, and there is "
+            f"{', '.join(own)} to read"
+        )
 
 
 def _episode(settings: Settings, case: Case, track: Track, i: int) -> Episode:
     own = i if track.repeats_after is None else i % track.repeats_after
     rng = np.random.default_rng([track.seed, own])
     speed = checks.number("speed of a case", case.speed, low=LOWEST_SPEED, unit="m/s")
-    vehicle = settings.vehicle.replace(**case.vehicle) if case.vehicle else settings.vehicle
+    plant = settings.equipped.plant
+    if case.vehicle:
+        plant = plant.replace(**case.vehicle)
     return Episode(
         speed=speed,
         curvature=checks.curvature(case.radius),
         cant=checks.cant(case.cant),
         plan=(-2.0, -1.0, _EVER, 2.0 * _EVER),
-        vehicle=vehicle,
-        creep_factor=float(case.vehicle.get("creep_factor", 1.0)),
+        plant=plant,
+        numbers=numbers_of(plant, settings.variable, case.vehicle),
         irregularity_factor=0.0
         if track.irregularity is None
         else checks.number("roughness", case.roughness, low=0.0),
         line_offset=float(rng.uniform(0.0, 1e4)),
         offset=checks.number("offset of a case", case.offset, low=-0.02, high=0.02, unit="m"),
-        biases=rng.standard_normal(4),
+        biases=rng.standard_normal(max(4, 2 * len(settings.equipped.sensed))),
         noise_seed=int(rng.integers(2**63)),
     )

@@ -11,7 +11,8 @@ from agents.controllers.learned import LearnedPolicy
 from agents.controllers.load import controller_of
 from agents.controllers.scheduled import ScheduledController
 from agents.evaluation.diagram import closed_loop_diagram
-from agents.evaluation.evaluation import Plan, evaluate
+from agents.evaluation.evaluating import evaluate
+from agents.evaluation.evaluation import Plan
 from agents.evaluation.growth import linear_growth_rates
 from railenv import Bogie
 

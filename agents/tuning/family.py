@@ -126,4 +126,4 @@ def _curving_model(
     """Sample the whole motion of an equipped vehicle on a curve, its delay included."""
     commands = list(model.command_names)
     whole = linearize(model, speed=speed, radius=radius, cant=cant, inputs=commands)
-    return discretize(whole, period, delay=model.actuator.delay, delayed=commands)
+    return discretize(whole, period, delay=model.delay, delayed=commands)

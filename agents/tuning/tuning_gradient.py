@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize
 
+from agents.controllers.controller import check_single_actuator
 from agents.controllers.output_feedback import GAINS, Filters, OutputFeedback, basis
 from agents.controllers.scheduled import CONTROL_PERIOD, readings_of
 from agents.tuning.family import Family
@@ -143,7 +144,7 @@ def tune_output_feedback(
     Parameters
     ----------
     model : Equipped
-        With a single actuator.
+        With a single yaw actuator, and sensors on a body that it acts on.
     filters : Filters, optional
     nodes : sequence of float
         Speeds between which gains are linear, m/s; they are held beyond the target that was reached.
@@ -164,30 +165,17 @@ def tune_output_feedback(
     Raises
     ------
     ParameterError
-        If not even the first target can be met.
+        If not even the first target can be met, or the model has other actuators or sensors.
     """
+    check_single_actuator(model, "the tuning of output feedback")
     wanted = Goal() if goal is None else goal
     f = Filters() if filters is None else filters
-    readings = readings_of(model, "sensors", period)
-    signals = [reading.signal for reading in readings]
-    parts = basis(model, readings, f, period)
-    s = model.sensors
-    # variance that each gain lets through, in shares of the limit; low-passed noise is less
-    shares = [1.0, _passed(f.acceleration, period), 1.0, _passed(f.yaw_rate, period)]
-    levels = [s.accelerometer_noise, s.accelerometer_noise, s.gyro_noise, s.gyro_noise]
-    noise = np.square(levels) * shares / model.actuator.limit**2
     knots = np.asarray(nodes, dtype=float)
-    x = _start(model, knots, seed)
-    evaluations, best, reached = 0, None, 0.0
-    target = start
+    x, best, reached, evaluations = _start(knots, seed), None, 0.0, 0
     with one_blas_thread():
-        base = Family.of(model, signals, wanted.conicities, wanted.speeds, period)
-        while target <= highest:
-            extra = np.arange(max(wanted.speeds) + 10.0, target, 10.0).tolist()
-            more = Family.of(model, signals, wanted.conicities, [*extra, target], period)
-            below = base.speed < target
-            family = Family(base.A[below], base.B[below], base.S, base.speed[below]).joined(more)
-            objective = _Objective(family, parts, knots, wanted, noise)
+        problem = _Problem(model, f, knots, wanted, period)
+        for target in np.arange(start, highest + 1e-9, step).tolist():
+            objective = problem.up_to(target)
             found = optimize.minimize(
                 objective,
                 x,
@@ -200,23 +188,56 @@ def tune_output_feedback(
             if objective.rates(found.x, period)[0].max() > -wanted.decay:
                 break
             best, reached, x = found.x, target, found.x
-            target += step
     if best is None:
         raise ParameterError(
             f"start is {start:g} m/s; with these filters the family cannot be kept stable up to there"
         )
     about = {"goal": asdict(wanted), "target": reached, "evaluations": evaluations, "seed": seed}
-    gains = best.reshape(-1, len(GAINS)) * _UNITS
-    # beyond the target nothing was asked of the gains: they stay what they are there
-    held = np.append(knots[knots < reached], reached)
-    gains = np.array([np.interp(held, knots, column) for column in gains.T]).T
+    held, gains = _held(best.reshape(-1, len(GAINS)) * _UNITS, knots, reached)
     controller = OutputFeedback.design(
         model, speeds=held, gains=gains, filters=f, period=period, about=about
     )
     return Tuned(controller, reached, evaluations)
 
 
-def _start(model: Equipped, knots: Array, seed: int) -> Array:
+class _Problem:
+    """What of a tuning stays the same while its target speed rises."""
+
+    def __init__(
+        self, model: Equipped, filters: Filters, knots: Array, goal: Goal, period: float
+    ) -> None:
+        self.model, self.knots, self.goal, self.period = model, knots, goal, period
+        readings = readings_of(model, "sensors", period)
+        self.signals = [reading.signal for reading in readings]
+        self.parts = basis(model, readings, filters, period)
+        self.noise = _let_through(model, filters, period)
+        self.base = Family.of(model, self.signals, goal.conicities, goal.speeds, period)
+
+    def up_to(self, target: float) -> _Objective:
+        """Return the objective over all plants up to a target speed (m/s)."""
+        goal, base = self.goal, self.base
+        extra = np.arange(max(goal.speeds) + 10.0, target, 10.0).tolist()
+        more = Family.of(self.model, self.signals, goal.conicities, [*extra, target], self.period)
+        below = base.speed < target
+        family = Family(base.A[below], base.B[below], base.S, base.speed[below]).joined(more)
+        return _Objective(family, self.parts, self.knots, goal, self.noise)
+
+
+def _let_through(model: Equipped, f: Filters, period: float) -> Array:
+    """Return the variance of noise that each gain lets through, in shares of the limit."""
+    s = model.sensors
+    shares = [1.0, _passed(f.acceleration, period), 1.0, _passed(f.yaw_rate, period)]
+    levels = [s.accelerometer_noise, s.accelerometer_noise, s.gyro_noise, s.gyro_noise]
+    return np.asarray(np.square(levels) * shares / model.limits[0] ** 2)
+
+
+def _held(gains: Array, knots: Array, reached: float) -> tuple[Array, Array]:
+    """Return speeds and gains of which none changes beyond a speed, where nothing was asked of them."""
+    held = np.append(knots[knots < reached], reached)
+    return held, np.array([np.interp(held, knots, column) for column in gains.T]).T
+
+
+def _start(knots: Array, seed: int) -> Array:
     """Return scaled gains near a plain yaw damper."""
     rng = np.random.default_rng(seed)
     gains = np.zeros((len(knots), len(GAINS)))

@@ -1,7 +1,7 @@
 """Linear-quadratic regulators and Kalman filters for a vehicle's lateral motion, on python-control.
 
 On tangent track lateral and vertical motion do not see each other in the linear equations, so both work
-on the lateral states alone: y, phi and psi of every body, the actuators, and the commands on their way.
+on the lateral states alone: all but z and theta of the bodies, with the commands on their way.
 States are scaled before Riccati equations are solved, which they are too stiff for otherwise.
 """
 
@@ -34,7 +34,7 @@ class Weights:
     yaw : float
         Yaw angle of a wheelset, rad.
     moment : float
-        Commanded moment of an actuator, as a share of its limit.
+        Commanded moment (or force) of an actuator, as a share of its limit.
     """
 
     displacement: float = 9e-3
@@ -55,7 +55,7 @@ class Regulator:
     speed : float
         m/s.
     gain : ndarray, shape (n_commands, n)
-        K, N m per SI unit of the states.
+        K, N m (N of a lateral actuator) per SI unit of the states.
     cost : ndarray, shape (n, n)
         P; the sum over all periods of the quadratic cost from a state x is x'Px.
     state_weight, command_weight : ndarray
@@ -75,11 +75,19 @@ class Regulator:
     multipliers: NDArray[np.complex128]
 
 
+_VERTICAL = ("z", "theta", "dz", "dtheta")
+
+
 def lateral_states(model: Equipped, *, sensors: bool) -> list[str]:
-    """Return names of the states of lateral motion and of the actuators (and sensors)."""
-    kinds = ("y", "phi", "psi", "dy", "dphi", "dpsi", "T", "dT")
-    own = [n for n in model.state_names if n.split("_")[0] in kinds]
-    return [*own, *model.sensor_names] if sensors else own
+    """Return names of the states of lateral motion and of the actuators (and sensors).
+
+    States of force elements are among them. Those of an element that is part of vertical motion only do
+    no harm: nothing lateral moves them.
+    """
+    left_out = {own[c] for own in model.body_states.values() for c in _VERTICAL if c in own}
+    if not sensors:
+        left_out |= set(model.sensor_names)
+    return [name for name in model.state_names if name not in left_out]
 
 
 def lateral_model(
@@ -89,6 +97,7 @@ def lateral_model(
     period: float = CONTROL_PERIOD,
     sensors: bool = False,
     disturbances: tuple[str, ...] = (),
+    delay: float | None = None,
 ) -> control.StateSpace:
     """Sample the lateral motion of an equipped vehicle on tangent track, its delay included.
 
@@ -103,6 +112,8 @@ def lateral_model(
         Keep the states of the sensors, which are then the outputs.
     disturbances : tuple of str
         Inputs to keep beside the commands.
+    delay : float, optional
+        Transport delay of the commands, s; the actuators' own when left out.
 
     Returns
     -------
@@ -125,8 +136,8 @@ def lateral_model(
         outputs=outputs,
         name=f"{model.name}_lateral",
     )
-    delay, late = model.actuator.delay, list(model.command_names)
-    return discretize(lateral, period, delay=delay, delayed=late)
+    waits = model.delay if delay is None else delay
+    return discretize(lateral, period, delay=waits, delayed=list(model.command_names))
 
 
 def lqr(
@@ -150,28 +161,34 @@ def lqr(
     Returns
     -------
     Regulator
+
+    Raises
+    ------
+    ParameterError
+        If the model has no actuators, or no wheelsets whose motion could be weighed.
     """
     w = Weights() if weights is None else weights
     system = lateral_model(model, speed=speed, period=period)
-    limit = model.actuator.limit
-    scale = scales(model, system)
+    sizes = {name: w.displacement for name in (g.y for g in model.guided)}
+    sizes |= {name: w.yaw for name in (g.psi for g in model.guided)}
+    if not sizes:
+        raise ParameterError(f"{model.name} has no wheelsets, whose motion a regulator weighs")
+    limits, scale = model.limits, scales(model, system)
     importance = np.full(system.nstates, _REGULARIZATION)
     for k, label in enumerate(system.state_labels):
-        kind, _, body = label.partition("_")
-        if body.startswith("w") and kind in ("y", "psi"):
-            size = w.displacement if kind == "y" else w.yaw
-            importance[k] = (scale[k] / size) ** 2
+        if label in sizes:
+            importance[k] = (scale[k] / sizes[label]) ** 2
     Q = np.diag(importance)
     R = np.eye(system.ninputs) / w.moment**2
     A = system.A * scale / scale[:, None]
-    B = system.B * limit / scale[:, None]
+    B = system.B * limits / scale[:, None]
     K, P, multipliers = control.dlqr(A, B, Q, R, method="scipy")
     return Regulator(
         speed=float(speed),
-        gain=np.asarray(K) * limit / scale,
+        gain=np.asarray(K) * limits[:, None] / scale,
         cost=np.asarray(P) / scale / scale[:, None],
         state_weight=Q / scale / scale[:, None],
-        command_weight=R / limit**2,
+        command_weight=R / limits**2,
         system=system,
         multipliers=np.asarray(multipliers),
     )
@@ -180,8 +197,8 @@ def lqr(
 def scales(model: Equipped, system: control.StateSpace) -> Array:
     """Return typical magnitudes of the states of a sampled lateral model."""
     known = dict(zip(model.state_names, model.scale / _SMALL, strict=True))
-    limit = model.actuator.limit
-    return np.array([known.get(label, limit) for label in system.state_labels])
+    known |= dict(zip(model.command_names, model.limits, strict=True))
+    return np.array([known[label.partition("[")[0]] for label in system.state_labels])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -194,7 +211,7 @@ class Disturbances:
     Attributes
     ----------
     alignment : float
-        Lateral displacement of the rails under each wheelset, m.
+        Lateral displacement of the rails under each wheelset that has rails as inputs, m.
     moment : float
         Of each actuator beside its command, as a share of the limit.
     accelerometer, gyro : float, optional
@@ -270,21 +287,21 @@ def kalman(
     Observer
     """
     d = Disturbances() if disturbances is None else disturbances
-    rails = ("align_w1", "align_w2")
+    rails = tuple(wheelset.rails[0] for wheelset in model.guided if wheelset.rails)
     system = lateral_model(model, speed=speed, period=period, sensors=True, disturbances=rails)
     n, m, p = system.nstates, len(model.command_names), system.noutputs
-    limit, scale = model.actuator.limit, np.append(scales(model, system), np.full(p, 0.1))
+    r, scale = len(rails), np.append(scales(model, system), np.full(p, 0.1))
     A = np.eye(n + p)
     A[:n, :n] = system.A
     B = np.vstack([system.B[:, :m], np.zeros((p, m))])
     C = np.hstack([system.C, np.eye(p)])
     # what enters: rails, actuators, and drifts of the readings' offsets, accelerometer and gyro in turn
     drift = np.tile([d.accelerometer_drift, d.gyro_drift], p // 2)
-    G = np.zeros((n + p, 2 + m + p))
-    G[:n, :2] = d.alignment * system.B[:, m:]
-    prompt = lateral_model(model.replace(delay=0.0), speed=speed, period=period, sensors=True)
-    G[: prompt.nstates, 2 : 2 + m] = d.moment * limit * prompt.B  # a disturbance comes without delay
-    G[n:, 2 + m :] = np.diag(drift)
+    G = np.zeros((n + p, r + m + p))
+    G[:n, :r] = d.alignment * system.B[:, m:]
+    prompt = lateral_model(model, speed=speed, period=period, sensors=True, delay=0.0)
+    G[: prompt.nstates, r : r + m] = d.moment * model.limits * prompt.B  # comes without delay
+    G[n:, r + m :] = np.diag(drift)
     noise = np.tile(
         [
             _noise(d.accelerometer, model.sensors.accelerometer_noise),

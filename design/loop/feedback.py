@@ -281,7 +281,8 @@ def as_feedback(controller: Any, model: Model, period: float | None = None) -> F
             f"period is {period:g} s, but the controller's own is {feedback.period:g} s; leave it out"
         )
     checks.known("command", feedback.output_labels, model.input_names)
-    conditions = [c for c in CONDITIONS if c != "cant_deficiency" or "gravity" in model.parameters]
+    a_vehicle = bool(model.body_names) or "gravity" in model.parameters
+    conditions = [c for c in CONDITIONS if c != "cant_deficiency" or a_vehicle]
     signals = [*model.state_names, *conditions]
     present = [name for name in feedback.input_labels if not _PAST.fullmatch(name)]
     checks.known("signal", present, signals)

@@ -211,11 +211,13 @@ class SampledDynamics:
         self.model = model
         self.feedback: Feedback = as_feedback(controller, model, period)
         self.period = self.feedback.period
-        own = model.actuator.delay if isinstance(model, Equipped) else 0.0
+        own = model.delay if isinstance(model, Equipped) else 0.0
         self.delay = own if delay is None else checks.number("delay", delay, low=0.0, unit="s")
         self._commands = [model.input_names.index(name) for name in self.feedback.output_labels]
         self._evaluator = model.evaluator()
         self._scale = model.scale
+        self._gravity = model.gravity
+        self._sizes = self._typical_commands()
         whole = math.floor(self.delay / self.period + 1e-9)
         exact = self.delay - whole * self.period < 1e-9 * self.period
         read = [found[1] for name in self.feedback.input_labels if (found := age_of(name))]
@@ -243,8 +245,7 @@ class SampledDynamics:
 
     def _signals(self, state: Array, commands: Array, conditions: tuple[float, float, float]) -> Array:
         speed, curvature, cant = conditions
-        gravity = self.model.parameters.get("gravity", math.nan)  # read only where there is one
-        known = (speed, curvature, cant, speed * speed * curvature / gravity - cant)
+        known = (speed, curvature, cant, speed * speed * curvature / self._gravity - cant)
         values = self._selection @ np.concatenate([state, np.tile(commands, self._ages)])
         for row, name in enumerate(self.feedback.input_labels):
             if name in CONDITIONS:
@@ -273,7 +274,7 @@ class SampledDynamics:
             jacobian = self._evaluator.jacobian()
             signals = self._signals(state, commands, conditions)
             excess = commands - self.feedback.steady(signals)
-            if settled and not np.abs(excess).max(initial=0.0) > _STEADY * self._size:
+            if settled and not (np.abs(excess) / self._sizes).max(initial=0.0) > _STEADY:
                 return state, commands, jacobian
             gain = steady_gain(self.feedback.linearize(signals)) @ self._selection
             to_commands = gain[:, n:].reshape(len(chosen), self._ages, len(chosen)).sum(axis=1)
@@ -294,9 +295,12 @@ class SampledDynamics:
             speed,
         )
 
-    @property
-    def _size(self) -> float:
-        return self.model.actuator.limit if isinstance(self.model, Equipped) else 1.0
+    def _typical_commands(self) -> Array:
+        """Return the limits of the actuators that are commanded; 1 for inputs of other kinds."""
+        model, known = self.model, {}
+        if isinstance(model, Equipped):
+            known = dict(zip(model.command_names, model.limits.tolist(), strict=True))
+        return np.array([known.get(name, 1.0) for name in self.feedback.output_labels])
 
     def matrix(
         self, state: Array, commands: Array, jacobian: Array, conditions: tuple[float, float, float]

@@ -67,7 +67,7 @@ class Locus(PoleZeroData):
         self._family = family
         self._followed = follow(modes, family.period)
         self.eigenvalues = np.array([m.eigenvalues for m in self._followed])
-        loci = self.drawn_on(self.eigenvalues)
+        loci = self._drawn(self.eigenvalues)
         super().__init__(
             loci[0], np.empty(0), gains=values, loci=loci, dt=0, sysname=family.name, sort_loci=False
         )
@@ -80,7 +80,7 @@ class Locus(PoleZeroData):
         upper = np.where(self.eigenvalues.imag >= 0.0, self.eigenvalues.real, -np.inf)
         self.least_damped = int(np.argmax(upper.max(axis=0)))
 
-    def drawn_on(self, eigenvalues: Complex) -> Complex:
+    def _drawn(self, eigenvalues: Complex) -> Complex:
         """Return eigenvalues (1/s) as the loci have them."""
         return eigenvalues
 

@@ -1,9 +1,9 @@
-"""How mode shapes are drawn: a plan view of the bogie, bars, and an animation."""
+"""How mode shapes are drawn: a plan view of the bodies, bars, and an animation."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import control
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from design.stability.mode_shape import ModeShape
+    from design.stability.mode_shape import ModeShape, Outline
 
 Array = NDArray[np.float64]
 
@@ -28,6 +28,8 @@ _DARK = "#333333"
 _LARGEST_OFFSET = 0.28  # m, to which displacements are magnified
 _LARGEST_ANGLE = 0.22  # rad, likewise
 _OVERHANG = 0.9  # m of track beyond the axles
+_CLEAR = 0.3  # m of track beyond frames and other bodies
+_BEAM, _SIDE = 0.62, 1.3  # of half the gauge: a frame's side beams, the sides of other bodies
 _WHEEL = 0.42  # m, length of a wheel in plan view
 _VISIBLE = 1e-3  # of the largest displacement
 
@@ -51,7 +53,7 @@ def plot_bars(shape: ModeShape, ax: Axes | None = None) -> control.ControlPlot:
 
 
 def plot_plan(shape: ModeShape, ax: Axes | None, phases: Sequence[float]) -> control.ControlPlot:
-    """Draw the bogie from above at some phases (degrees); roll is written as text."""
+    """Draw the bodies from above at some phases (degrees); roll is written as text."""
     chosen = [checks.number("phase", phase, unit="degrees") for phase in phases]
     if not chosen:
         raise ParameterError("phases is empty; give at least one phase, in degrees")
@@ -95,86 +97,119 @@ def _title(shape: ModeShape) -> str:
 
 
 class _Plan:
-    """A bogie seen from above; it runs to the right, left is up."""
+    """A vehicle seen from above; it runs to the right, left is up."""
 
     def __init__(self, shape: ModeShape, ax: Axes) -> None:
         assert shape.geometry is not None
-        self.shape = shape
-        self.a, self.b = shape.geometry.half_gauge, shape.geometry.half_wheelbase
+        self.shape, self.geometry = shape, shape.geometry
+        self.a = self.geometry.half_gauge
         # one factor for offsets and angles, as in a motion that is so much larger
-        self.factor = 1.0 / max(
-            self._largest("y") / _LARGEST_OFFSET, self._largest("psi") / _LARGEST_ANGLE, 1e-6
-        )
-        reach = self.b + _OVERHANG
+        offset = self._largest([body.y for body in self.geometry.bodies])
+        angle = self._largest([body.psi for body in self.geometry.bodies])
+        self.factor = 1.0 / max(offset / _LARGEST_OFFSET, angle / _LARGEST_ANGLE, 1e-6)
+        start = min([w.x - _OVERHANG for w in self.geometry.wheelsets] + self._ends(-1.0))
+        end = max([w.x + _OVERHANG for w in self.geometry.wheelsets] + self._ends(1.0))
         for rail in (-self.a, self.a):
-            ax.plot([-reach, reach], [rail, rail], color=NEUTRAL, lw=2.5, zorder=1)
-        ax.plot([-reach, reach], [0.0, 0.0], color=NEUTRAL, lw=0.8, ls=":", zorder=1)
+            ax.plot([start, end], [rail, rail], color=NEUTRAL, lw=2.5, zorder=1)
+        ax.plot([start, end], [0.0, 0.0], color=NEUTRAL, lw=0.8, ls=":", zorder=1)
         self.lines = {part: ax.plot([], [], **style)[0] for part, style in self._parts().items()}
         ax.set_aspect("equal")
-        ax.set_xlim(-reach, reach)
+        ax.set_xlim(start, end)
         ax.set_ylim(-self.a - 0.62, self.a + 0.62)
         ax.grid(visible=False)
         ax.set_xlabel("along the track (m)")
         ax.set_ylabel("across (m)")
 
-    def _largest(self, kind: str) -> float:
-        chosen = [abs(self.shape[n]) for n in self.shape.names if n.split("_")[0] == kind]
-        return max(chosen, default=0.0)
+    def _ends(self, side: float) -> list[float]:
+        """Return where bodies over the wheelsets end, with some track beyond."""
+        return [
+            body.x + side * (body.half_length + _CLEAR)
+            for body in (*self.geometry.frames, *self.geometry.others)
+        ]
+
+    def _largest(self, names: Sequence[str | None]) -> float:
+        return max((abs(self.shape[n]) for n in names if n is not None), default=0.0)
 
     def _parts(self) -> dict[str, dict[str, Any]]:
         parts: dict[str, dict[str, Any]] = {}
-        if "y_b" in self.shape.names:
-            parts["b"] = {"color": _DARK, "lw": 2.0, "zorder": 2}
-        for body in ("w1", "w2"):
-            parts[f"{body} axle"] = {"color": STABLE, "lw": 2.2, "zorder": 3}
-            parts[f"{body} wheels"] = {
+        for body in self.geometry.others:
+            parts[body.name] = {"color": _DARK, "lw": 1.2, "ls": "--", "zorder": 2}
+        for body in self.geometry.frames:
+            parts[body.name] = {"color": _DARK, "lw": 2.0, "zorder": 2}
+        for body in self.geometry.wheelsets:
+            parts[f"{body.name} axle"] = {"color": STABLE, "lw": 2.2, "zorder": 3}
+            parts[f"{body.name} wheels"] = {
                 "color": STABLE,
                 "lw": 5.0,
                 "zorder": 4,
                 "solid_capstyle": "butt",
             }
-            parts[f"{body} centre"] = {"color": UNSTABLE, "marker": "o", "ms": 4, "ls": "", "zorder": 5}
+            parts[f"{body.name} centre"] = {
+                "color": UNSTABLE,
+                "marker": "o",
+                "ms": 4,
+                "ls": "",
+                "zorder": 5,
+            }
         return parts
 
     def draw(self, phase: float) -> list[Any]:
         """Place the bodies at a phase (rad)."""
         moved = dict(zip(self.shape.names, self.factor * self.shape.at(phase), strict=True))
-        for body, place in (("w1", self.b), ("w2", -self.b)):
-            y, psi = moved[f"y_{body}"], moved[f"psi_{body}"]
-            ends = [self._moved(place, y, psi, 0.0, side * self.a) for side in (-1.0, 1.0)]
-            self.lines[f"{body} axle"].set_data(*np.transpose(ends))
-            gap = [(math.nan, math.nan)]
-            wheels = [
-                [self._moved(place, y, psi, along * _WHEEL, side * self.a) for along in (-1.0, 1.0)]
-                for side in (-1.0, 1.0)
-            ]
-            self.lines[f"{body} wheels"].set_data(*np.transpose([*wheels[0], *gap, *wheels[1]]))
-            self.lines[f"{body} centre"].set_data([place], [y])
-        if "b" in self.lines:
-            self._frame(moved["y_b"], moved.get("psi_b", 0.0))
+        for body in self.geometry.wheelsets:
+            self._wheelset(body, moved)
+        for body in self.geometry.frames:
+            self._frame(body, moved)
+        for body in self.geometry.others:
+            self._rectangle(body, moved)
         return list(self.lines.values())
 
-    def _frame(self, y: float, psi: float) -> None:
-        """Draw the frame as an H: two side beams and a cross beam."""
-        beam, end = 0.62 * self.a, 1.12 * self.b
+    def _wheelset(self, body: Outline, moved: Mapping[str, float]) -> None:
+        """Draw an axle with its wheels."""
+        centre = self._moved(body, moved, 0.0, 0.0)
+        ends = [self._moved(body, moved, 0.0, side * self.a) for side in (-1.0, 1.0)]
+        self.lines[f"{body.name} axle"].set_data(*np.transpose(ends))
+        gap = [(math.nan, math.nan)]
+        wheels = [
+            [self._moved(body, moved, along * _WHEEL, side * self.a) for along in (-1.0, 1.0)]
+            for side in (-1.0, 1.0)
+        ]
+        self.lines[f"{body.name} wheels"].set_data(*np.transpose([*wheels[0], *gap, *wheels[1]]))
+        self.lines[f"{body.name} centre"].set_data([centre[0]], [centre[1]])
+
+    def _frame(self, body: Outline, moved: Mapping[str, float]) -> None:
+        """Draw a frame as an H: two side beams and a cross beam."""
+        beam, end = _BEAM * self.a, body.half_length
         corners = [(-end, beam), (end, beam), None, (-end, -beam), (end, -beam), None]
         corners += [(0.0, -beam), (0.0, beam)]
         points = [
-            (math.nan, math.nan) if c is None else self._moved(0.0, y, psi, c[0], c[1]) for c in corners
+            (math.nan, math.nan) if c is None else self._moved(body, moved, c[0], c[1]) for c in corners
         ]
-        self.lines["b"].set_data(*np.transpose(points))
+        self.lines[body.name].set_data(*np.transpose(points))
+
+    def _rectangle(self, body: Outline, moved: Mapping[str, float]) -> None:
+        """Draw any other body."""
+        side, end = _SIDE * self.a, body.half_length
+        corners = [(-end, side), (end, side), (end, -side), (-end, -side), (-end, side)]
+        points = [self._moved(body, moved, *corner) for corner in corners]
+        self.lines[body.name].set_data(*np.transpose(points))
 
     @staticmethod
-    def _moved(place: float, y: float, psi: float, along: float, across: float) -> tuple[float, float]:
+    def _moved(
+        body: Outline, moved: Mapping[str, float], along: float, across: float
+    ) -> tuple[float, float]:
         """Return where a point of a body lies that has shifted by y and yawed by psi."""
+        y = 0.0 if body.y is None else moved[body.y]
+        psi = 0.0 if body.psi is None else moved[body.psi]
         cos, sin = math.cos(psi), math.sin(psi)
-        return place + along * cos - across * sin, y + along * sin + across * cos
+        return body.x + along * cos - across * sin, y + along * sin + across * cos
 
     def roll(self, phase: float) -> str:
         """Say how the bodies roll, relative to the largest displacement."""
         moved = dict(zip(self.shape.names, self.shape.at(phase), strict=True))
-        bodies = [b for b in ("w1", "w2", "b") if f"phi_{b}" in moved]
-        said = ", ".join(f"{b} {moved[f'phi_{b}'] + 0.0:+.3f}" for b in bodies)
+        said = ", ".join(
+            f"{b.name} {moved[b.phi] + 0.0:+.3f}" for b in self.geometry.bodies if b.phi is not None
+        )
         return f"roll {said}" if said else "no roll"
 
 

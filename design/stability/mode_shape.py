@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from railenv import checks
+from railenv.equations.coordinates import COORDINATES
 from railenv.equipment import Equipped
 from railenv.models import Model
 
@@ -22,18 +23,50 @@ if TYPE_CHECKING:
 Complex = NDArray[np.complex128]
 
 
-@dataclass(frozen=True)
-class Geometry:
-    """What a plan view of a bogie needs.
+class Outline(NamedTuple):
+    """A body as a plan view draws it.
 
     Attributes
     ----------
-    half_gauge, half_wheelbase : float
+    name : str
+    x : float
+        Place along the vehicle, m.
+    half_length : float
+        m; of a body that is no wheelset.
+    y, psi, phi : str or None
+        Names of its displacements; None for one that it does not have.
+    """
+
+    name: str
+    x: float
+    half_length: float
+    y: str | None
+    psi: str | None
+    phi: str | None
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """What a plan view of a vehicle needs.
+
+    Attributes
+    ----------
+    half_gauge : float
         m.
+    wheelsets, frames, others : tuple of Outline
+        Frames are bodies that stand over wheelsets, as no other body is closer to these; the others,
+        such as a vehicle's body, reach over all wheelsets.
     """
 
     half_gauge: float
-    half_wheelbase: float
+    wheelsets: tuple[Outline, ...]
+    frames: tuple[Outline, ...]
+    others: tuple[Outline, ...]
+
+    @property
+    def bodies(self) -> tuple[Outline, ...]:
+        """All bodies: wheelsets, frames, others."""
+        return (*self.wheelsets, *self.frames, *self.others)
 
 
 @dataclass(frozen=True)
@@ -54,7 +87,7 @@ class ModeShape:
     condition : str
         Where the mode was computed, as "speed = 116.1 m/s".
     geometry : Geometry or None
-        Dimensions of the bogie; None for models that are drawn as a bar chart.
+        Where the bodies are; None for models that do not say it, which are drawn as a bar chart.
     """
 
     model_name: str
@@ -70,7 +103,7 @@ class ModeShape:
         chosen = displacement_rows(model)
         shape = np.asarray(vector, dtype=complex)[chosen]
         names = tuple(model.state_names[k] for k in chosen)
-        return cls(model.name, names, normalized(shape), eigenvalue, condition, _geometry(model, names))
+        return cls(model.name, names, normalized(shape), eigenvalue, condition, geometry_of(model))
 
     def __getitem__(self, name: str) -> complex:
         """Return one displacement by its name."""
@@ -105,7 +138,7 @@ class ModeShape:
     def plot(
         self, ax: Axes | None = None, *, phases: Sequence[float] = (0.0, 45.0, 90.0, 135.0)
     ) -> control.ControlPlot:
-        """Draw the bogie in plan view at some phases of a period; other models as bars.
+        """Draw the bodies in plan view at some phases of a period; models without bodies as bars.
 
         Parameters
         ----------
@@ -145,13 +178,14 @@ class ModeShape:
 
 
 def displacement_rows(model: Model) -> list[int]:
-    """Return the places of a model's displacements: states ``y_w1`` with a rate ``dy_w1``.
+    """Return the places of a model's displacements: coordinates of its bodies, and whatever has a rate.
 
-    All states where there is no such pair. Those of actuators and sensors are left out.
+    All states where there are none. Those of actuators and sensors are left out.
     """
     names = (model.plant if isinstance(model, Equipped) else model).state_names
-    paired = [k for k, name in enumerate(names) if f"d{name}" in names]
-    return paired or list(range(len(names)))
+    of_bodies = {own.get(c) for own in model.body_states.values() for c in COORDINATES}
+    chosen = [k for k, name in enumerate(names) if name in of_bodies or f"d{name}" in names]
+    return chosen or list(range(len(names)))
 
 
 def normalized(shape: Complex) -> Complex:
@@ -160,9 +194,32 @@ def normalized(shape: Complex) -> Complex:
     return shape / largest if largest else shape
 
 
-def _geometry(model: Model, names: Sequence[str]) -> Geometry | None:
-    needed = {"half_gauge", "half_wheelbase"}
-    seen = {"y_w1", "psi_w1", "y_w2", "psi_w2"}
-    if not (needed <= set(model.parameters) and seen <= set(names)):
+_SHORTEST = 0.5  # m, half the length of a body that stands over a single wheelset
+_BEYOND = 1.12  # of the distance to its wheelsets, a frame's half length
+_OVERHANG = 1.5  # m, of a vehicle's body beyond the outermost wheelsets
+
+
+def geometry_of(model: Model) -> Geometry | None:
+    """Return where a model's bodies are; None where it does not tell, or has no wheelsets."""
+    guided, places = model.guided, model.body_places
+    if not guided:
         return None
-    return Geometry(model.parameters["half_gauge"], model.parameters["half_wheelbase"])
+    on_rails = {g.name: g.x for g in guided}
+    rest = [name for name in places if name not in on_rails]
+    over: dict[str, list[float]] = {name: [] for name in rest}
+    for x in on_rails.values():
+        if rest:
+            nearest = min(rest, key=lambda name: abs(places[name] - x))
+            over[nearest].append(abs(places[nearest] - x))
+    reach = max(abs(x) for x in on_rails.values())
+
+    def outline(name: str, half_length: float) -> Outline:
+        own, x = model.body_states[name], on_rails.get(name, places[name])
+        return Outline(name, x, half_length, own.get("y"), own.get("psi"), own.get("phi"))
+
+    return Geometry(
+        guided[0].half_gauge,
+        tuple(outline(name, 0.0) for name in on_rails),
+        tuple(outline(n, max(_BEYOND * max(over[n]), _SHORTEST)) for n in rest if over[n]),
+        tuple(outline(n, reach + _OVERHANG - abs(places[n])) for n in rest if not over[n]),
+    )

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from design.linear.quantities import meaning_of
 from design.loop.dynamics import Dynamics, dynamics
 from design.loop.feedback import ScaledFeedback, as_feedback
 from design.loop.sampled import SampledDynamics
@@ -17,7 +18,6 @@ from design.stability.locus import VehicleLocus, while_running
 from design.stability.modes import Modes
 from railenv import checks
 from railenv.equilibrium import follow_speeds
-from railenv.equipment import Equipped
 from railenv.errors import ParameterError, shown
 from railenv.models import Model
 
@@ -140,7 +140,8 @@ class _Parameters:
 
     @property
     def unit(self) -> str:
-        return unit_of(self.model, self.parameter)
+        known = {GAIN: "1"} if self.controller is not None else {}
+        return known.get(self.parameter) or meaning_of(self.model, self.parameter).unit
 
     @property
     def period(self) -> float | None:
@@ -173,15 +174,3 @@ class _Parameters:
         (point,) = follow_speeds(changed, [self.speed], radius=self.radius, cant=self.cant)
         conditions = (self.speed, checks.curvature(self.radius), self.cant)
         return Modes(*judged_by.modes(point, conditions), point.state)
-
-
-def unit_of(model: Model, parameter: str) -> str:
-    """Return the unit of a model's parameter, "1" of a pure number, "" where it is not known."""
-    records: list[Any] = [getattr(model, "vehicle", None), getattr(model, "record", None)]
-    if isinstance(model, Equipped):
-        records = [model.plant.vehicle, model.actuator, model.sensors]
-    for record in records:
-        for field in dataclasses.fields(record) if record is not None else ():
-            if field.name == parameter:
-                return str(field.metadata.get("unit", ""))
-    return "1" if parameter in (GAIN, "creep_factor") else ""

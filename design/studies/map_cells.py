@@ -204,7 +204,7 @@ def model_settings(model: Model) -> dict[str, Any]:
         "guess": model.guess.tolist(),
     }
     if isinstance(model, Equipped):
-        settings["actuator"] = dataclasses.asdict(model.actuator)
+        settings["actuators"] = {g: dataclasses.asdict(a) for g, a in model.groups.items()}
         settings["sensors"] = dataclasses.asdict(model.sensors)
     return settings
 

@@ -12,17 +12,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from design.cycles.places import Place
+from design.linear.quantities import meaning_of
 from design.loop.feedback import as_feedback
 from design.stability.critical_speed import SPEED_RANGE
 from design.studies.map_cells import CellFunction, Quantity
 from design.studies.store import Record
 from design.studies.study import Study, run_study
 from railenv import checks
-from railenv.equipment import Actuator, Sensors
 from railenv.errors import ParameterError, shown
 from railenv.extras import require
-from railenv.models import CooperriderBogie, Model
-from railenv.vehicles import CooperriderParameters, Vehicle, describe
+from railenv.models import Model
 
 if TYPE_CHECKING:
     import control
@@ -313,22 +312,13 @@ def _axes(model: Model, axes: Mapping[str, ArrayLike], controller: Any | None) -
         "cant": ("cant angle", "rad"),
         "speed": ("forward speed", "m/s"),
         "gain": ("factor on the controller's commands", "1"),
-        "creep_factor": ("factor on the creep coefficients", "1"),
     }
-    own = (
-        [CooperriderParameters] if isinstance(model, CooperriderBogie) else [Vehicle, Actuator, Sensors]
-    )
-    fields = {row.name: (row.meaning, row.unit) for kind in own for row in describe(kind)}
     made = []
     for name, given in axes.items():
-        meaning, unit = (known | fields).get(name, (name, "")) if _named(model, name) else (name, "")
+        own = name in model.variable_names  # a parameter of the model may have any name
+        meaning, unit = meaning_of(model, name) if own else known[name]
         made.append(Axis(name, meaning, unit, _ordered(name, given)))
     return made[0], made[1]
-
-
-def _named(model: Model, name: str) -> bool:
-    """Whether a name means what the package says; parameters of a user's equations may differ."""
-    return type(model) is not Model or name not in model.parameters
 
 
 def _ordered(name: str, given: ArrayLike) -> Array:

@@ -11,7 +11,7 @@ from railenv.cli.controllers import controllers
 from railenv.cli.options import ControlOptions, VehicleOptions
 from railenv.equipment import Equipped
 from railenv.errors import ParameterError
-from railenv.models import Bogie, DualWheelset, Model
+from railenv.models import Model
 
 if TYPE_CHECKING:
     from design.loop.feedback import Feedback
@@ -26,10 +26,7 @@ class Loop:
 
 
 def loop(plant: VehicleOptions, changes: list[str] | None, control: ControlOptions) -> Loop:
-    """Return a model with changed parameters and, if one is chosen, actuators and controller.
-
-    The bogie gets actuators between frame and body, the dual wheelset between wheelsets and frame.
-    """
+    """Return a model with changed parameters and, if one is chosen, actuators and controller."""
     model, values = model_of(plant, None), assignments(changes, "--set")
     if control.controller is None and control.yaw_rate_gain is None:
         for name in ("washout", "delay", "period"):
@@ -38,13 +35,12 @@ def loop(plant: VehicleOptions, changes: list[str] | None, control: ControlOptio
                     f"--{name} needs a controller; give --controller or --yaw-rate-gain too"
                 )
         return Loop(model.replace(**values) if values else model, None)
-    if not isinstance(model, (Bogie, DualWheelset)):
-        raise ParameterError(f"a controller needs a bogie or a dual wheelset, not {model.name}")
-    equipped = Equipped(model, "secondary" if isinstance(model, Bogie) else "primary")
+    from agents.controllers.controller import equipped
+
     if control.delay is not None:
         values = {"delay": control.delay, **values}
-    equipped = equipped.replace(**values)
-    return Loop(equipped, _controller(equipped, control))
+    carrier = equipped(model).replace(**values)
+    return Loop(carrier, _controller(carrier, control))
 
 
 def _controller(model: Equipped, control: ControlOptions) -> Feedback:

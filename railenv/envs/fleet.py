@@ -24,7 +24,7 @@ from railenv.equations.coordinates import Running
 from railenv.equations.sensors import specific_force
 from railenv.equilibrium import find_equilibrium
 from railenv.errors import EquilibriumError, ParameterError, shown
-from railenv.kernels import pool
+from railenv.kernels import buffers, pool
 from railenv.threads import usable_threads
 from railenv.vehicles.guided import Guided
 
@@ -44,8 +44,8 @@ REASONS = (
 RIDE_SCALE = CFR_LIMIT
 """m/s^2, the acceleration at which the ride term is 1/2: the limit of 49 CFR 213.333."""
 
-THREAD_PAYS_FROM = 64
-"""Number of environments that are work enough for a thread (some 0.1 ms).
+THREAD_PAYS_FROM = 128
+"""Number of environments that are work enough for a thread, some 0.1 ms.
 
 With fewer, waking it costs more than it saves. ``RAILENV_NUM_THREADS=1`` keeps to one thread, which is
 best where other processes have the other processors, such as environments of their own.
@@ -83,8 +83,8 @@ class Fleet:
         longest = math.ceil(2.0 / (LOWEST_SPEED * T))  # control steps in 2 m at the lowest speed
         rows = self._kernels.E_WINDOWS + 2 * self._kernels.N_WHEELS * longest
         rows += slots * max(1, self.n_actuators)
-        self._blocks = np.zeros((n_blocks, layout.j * lanes))
-        self._extras = np.zeros((n_blocks, rows * lanes))
+        self._blocks = buffers.zeros((n_blocks, layout.j * lanes))
+        self._extras = buffers.zeros((n_blocks, rows * lanes))
         self._plan = (before, after, slots, self.settings.observation == "state", longest)
         fraction = math.fmod(self.model.delay, T) if before else 0.0
         self._real_plan = (

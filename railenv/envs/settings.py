@@ -93,8 +93,8 @@ class Settings:
     irregularity_factor : (float, float)
         Range of the factor on it.
     randomize : mapping of str to (float, float)
-        Ranges from which numbers of the vehicle are drawn: ``conicity``, ``friction``, ``creep_factor``,
-        ``body_mass``, or with an assembly or a model any of its parameters.
+        Ranges from which numbers of the vehicle are drawn: ``conicity``, ``friction``,
+        ``creep_factor``, ``body_mass``, or with an assembly or a model any of its parameters.
     initial_offset : float
         m; an episode starts with all bodies moved sideways by up to this, either way.
     duration : float

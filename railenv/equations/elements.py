@@ -133,8 +133,8 @@ def damper(e: Scalar, r: Relative, q: Sequence[Scalar], u: Sequence[Scalar]) -> 
 def series_damper(e: Scalar, r: Relative, q: Sequence[Scalar], u: Sequence[Scalar]) -> Action:
     """Damper on a rubber end (Maxwell): its state is the damper's own stretch (m).
 
-    The rubber carries ``k (stretch of both - state)``; the damper moves as fast as that force drives it:
-    by its constant, or by its table, which is read the other way round: speed over force.
+    The rubber carries ``k (stretch of both - state)``; the damper moves as fast as that force drives
+    it: by its constant, or by its table, which is read the other way round, speed over force.
     """
     forces = [e.k * (both - own) for (both, _), own in zip(_stretch(e, r), q, strict=True)]
     rates = [f / e.c if e.force is None else table(e.force, f) for f in forces]

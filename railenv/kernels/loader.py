@@ -1,8 +1,9 @@
 """Compiles a model's kernels with Numba, cached on disk under the hash of everything compiled.
 
 Numba's own cache looks at one file's time stamp and does not see an edit of a file it imports. Here
-the generated kernels, the runtime and a header become one file whose name is the hash of its text, so
-a cached result can only ever be that of the very text. Compiling happens at first use of a function.
+the generated kernels, the hand-written texts and a header become one file whose name is the hash of
+its text, so a cached result can only ever be that of the very text. Compiling happens at first use of a
+function.
 """
 
 from __future__ import annotations

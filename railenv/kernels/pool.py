@@ -52,6 +52,7 @@ def run(work: Work, threads: int) -> None:
         try:
             job.close()
         finally:
+            job.close()  # an interrupt may have come before the first began; else this is nothing
             helpers.dismiss(job)
     if job.error is not None:
         raise job.error
@@ -102,12 +103,11 @@ class _Job:
         """
         with self._lock:
             self._work = None
-            wait = self._helping > 0
         interrupt: BaseException | None = None
-        while wait:
+        # Asked again after each interrupt: one may come when the lock has just been acquired.
+        while self._helping:
             try:
                 self._left.acquire()
-                wait = False
             except BaseException as error:
                 interrupt = error
         if interrupt is not None:

@@ -19,7 +19,7 @@ from railenv.kernels.layout import Layout
 
 _NATIVE = {"exp": "math.exp", "log": "math.log", "tanh": "math.tanh", "atan": "math.atan"}
 _LONGEST_PRODUCT = 8  # powers up to this are written as products
-_OWN = {"sin": "_sin", "cos": "_cos", "tan": "_tan"}  # branch-free, in runtime.py
+_OWN = {"sin": "_sin", "cos": "_cos", "tan": "_tan"}  # branch-free, in the integrators' text
 
 
 def _is_plain_product(term: Any) -> bool:

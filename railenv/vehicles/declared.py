@@ -7,7 +7,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from railenv import checks
-from railenv.equations.coordinates import AT_REST, COORDINATES, Motion, Running, Wrench
+from railenv.equations.coordinates import (
+    AT_REST,
+    COORDINATES,
+    GROUND,
+    Motion,
+    Running,
+    Wrench,
+)
 from railenv.equations.functions import Scalar
 from railenv.errors import ParameterError, shown
 from railenv.vehicles.elements import GRAVITY, Number
@@ -31,6 +38,8 @@ class MovingBody:
         States that are their rates; ``d`` before the coordinate's name when left out.
     lateral_force, yaw_moment : str, optional
         Inputs that act on it about its centre of mass (N, N m): actuators need them.
+    reacts_on : str
+        Body on which the equations let these inputs react; the ground, unless another is named.
     x : float or str
         Place along the vehicle, m.
     flange_clearance, half_gauge, wheel_radius, conicity : float or str, optional
@@ -55,6 +64,7 @@ class MovingBody:
     dpsi: str | None = None
     lateral_force: str | None = None
     yaw_moment: str | None = None
+    reacts_on: str = GROUND
     x: Number = 0.0
     flange_clearance: Number = None
     half_gauge: Number = None
@@ -136,16 +146,20 @@ class DeclaredEquations:
     ) -> list[Scalar]:
         """Time derivatives of the states with further wrenches on the bodies."""
         inputs = list(u)
-        for body in self.bodies:
-            for wrench in wrenches.get(body.name, ()):
-                for name, value in (
-                    (body.lateral_force, wrench.force_y),
-                    (body.yaw_moment, wrench.yaw),
-                ):
-                    if name is not None:
-                        k = self.inputs.index(name)
-                        inputs[k] = inputs[k] + value
+        by_name = {body.name: body for body in self.bodies}
+        for name, acting in wrenches.items():
+            for wrench in acting:
+                body: MovingBody | None = by_name[name]
+                while body is not None:  # what the equations let react on another body is undone there
+                    self._add(inputs, body.lateral_force, wrench.force_y)
+                    self._add(inputs, body.yaw_moment, wrench.yaw)
+                    body = by_name.get(body.reacts_on)
         return list(self.equations(x, inputs, *run, p))
+
+    def _add(self, inputs: list[Scalar], name: str | None, value: Scalar) -> None:
+        if name is not None:
+            k = self.inputs.index(name)
+            inputs[k] = inputs[k] + value
 
     def motions(self, x: Sequence[Scalar]) -> dict[str, Motion]:
         """Motions of the bodies."""

@@ -245,7 +245,7 @@ class _Paired(Element):
 
 @dataclass(frozen=True, kw_only=True)
 class Spring(_Paired):
-    """Linear springs and dampers in parallel along x, y and z, and bending stiffnesses; each of a pair."""
+    """Springs and dampers in parallel along x, y and z, and bending stiffnesses; each of a pair."""
 
     kind = "spring"
     law = staticmethod(laws.spring)

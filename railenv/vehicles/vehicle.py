@@ -87,9 +87,7 @@ class Vehicle(ParameterRecord):
     yaw_damper_c3: float = quantity("C_3", "N s^3/m^3", "yaw damper force (eq 7), cubic term")
     yaw_damper_c4: float = quantity("C_4", "N s^4/m^4", "yaw damper force (eq 7), quartic term")
     # secondary suspension, against a body at rest in the track frame
-    secondary_longitudinal_stiffness: float = nonnegative(
-        "K_sx", "N/m", "secondary, per side", _BEYOND
-    )
+    secondary_longitudinal_stiffness: float = nonnegative("K_sx", "N/m", "secondary, per side", _BEYOND)
     secondary_lateral_stiffness: float = nonnegative("K_sy", "N/m", "secondary, per side", _BEYOND)
     secondary_vertical_stiffness: float = nonnegative("K_sz", "N/m", "secondary, per side", _BEYOND)
     secondary_longitudinal_damping: float = nonnegative(

@@ -1,7 +1,10 @@
 """Models: compiled right-hand sides and Jacobians against the equations, and models of one's own."""
 
+import copy
 import math
 import pickle
+import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import control
 import numpy as np
@@ -474,6 +477,37 @@ def test_control_linearises_to_the_analytic_jacobian(coach):
     for numerical, exact in ((linear_system.A, A), (linear_system.B, B)):
         # one-sided differences, of columns of very different sizes
         assert (np.abs(numerical - exact) <= 1e-4 * np.abs(exact).max(axis=0)).all()
+
+
+def test_control_system_survives_pickling(coach, operations):
+    system = coach.to_nlsys(speed=130.0, radius=3000.0, cant=0.05)
+    (o,) = operations(coach, 1, seed=3)
+    expected = system.dynamics(0.0, o.x, o.u)  # once called, it holds what cannot be pickled
+    for other in (pickle.loads(pickle.dumps(system)), copy.deepcopy(system)):
+        assert other.state_labels == system.state_labels
+        assert_array_equal(other.dynamics(0.0, o.x, o.u), expected)
+
+
+def test_control_system_called_by_several_threads_gives_what_one_gives(coach, operations):
+    system = coach.to_nlsys(speed=130.0)
+    points = operations(coach, 20, seed=4)
+    expected = [system.dynamics(0.0, o.x, o.u) for o in points]
+    switching = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(4) as executor:
+            wrong = sum(executor.map(lambda _: _differing(system, points, expected), range(4)))
+    finally:
+        sys.setswitchinterval(switching)
+    assert wrong == 0
+
+
+def _differing(system, points, expected, rounds=150):
+    wrong = 0
+    for _ in range(rounds):
+        for o, value in zip(points, expected, strict=True):
+            wrong += not np.array_equal(system.dynamics(0.0, o.x, o.u), value)
+    return wrong
 
 
 def test_control_system_of_an_own_model():

@@ -11,7 +11,8 @@ from agents.controllers.scheduled import readings_of
 from agents.evaluation.rollout import Case
 from agents.learning.designs import SEED
 from agents.learning.lessons import TINY, Lessons
-from agents.learning.policy_search import _best, _Judged, _Search, search_policy
+from agents.learning.candidates import Candidates
+from agents.learning.policy_search import _best, _Judged, search_policy
 from agents.learning.policy_start import Aim, Target, _plant, _slowest
 from agents.tuning.family import Family
 
@@ -109,7 +110,7 @@ def test_the_shipped_policys_search_begins_as_its_file_tells(coach):
 
 
 def test_slopes_of_growth_rates_are_those_of_finite_differences(coach, base):
-    inner = _Search(coach, base, SHORT, MEMORY, 0.5, 0.005)
+    inner = Candidates(coach, base, SHORT, MEMORY, 0.5, 0.005)
     signals = [reading.signal for reading in readings_of(coach, "sensors")]
     family = Family.of(coach, signals, (0.3,), (150.0,), 0.005)
     plant = _plant(family, 0, signals, lambda w: inner.policy(w, {}), inner.dimension)
@@ -122,7 +123,7 @@ def test_slopes_of_growth_rates_are_those_of_finite_differences(coach, base):
 
 
 def test_policy_adds_nothing_to_its_base_at_rest_on_a_curve(coach, base):
-    inner = _Search(coach, base, SHORT, MEMORY, 0.5, 0.005)
+    inner = Candidates(coach, base, SHORT, MEMORY, 0.5, 0.005)
     weights = 0.01 * np.random.default_rng(0).normal(size=inner.dimension)
     policy = inner.policy(weights, {})
     assert np.abs(policy.network.weights[0]).max() > 1e-3
@@ -170,7 +171,7 @@ def test_growth_into_a_limit_cycle_is_worse_than_slow_growth(coach):
 
 
 def test_policies_side_by_side_get_the_scores_they_get_alone(coach, base):
-    inner = _Search(coach, base, SHORT, MEMORY, 0.5, 0.005)
+    inner = Candidates(coach, base, SHORT, MEMORY, 0.5, 0.005)
     candidates = 0.02 * np.random.default_rng(1).normal(size=(3, inner.dimension))
     together = inner.scores(candidates)
     alone = [inner.scores(row[None])[0] for row in candidates]
