@@ -93,8 +93,6 @@ def cycle_branch(
     66.66
     """
     if resume is not None:
-        if parameter_range is None:
-            raise ParameterError("parameter_range is None; give the range in which to resume")
         run = CycleContinuation.resumed(resume, _range(parameter_range), longest_step)
         return run.run(points, progress)
     if model is None:
@@ -112,17 +110,10 @@ def cycle_branch(
             f"parameter is {parameter!r} and start {start!r}; a branch in another parameter than the "
             "speed starts from a limit cycle: give start=design.simulated_cycle(...)"
         )
-    limits = SPEED_RANGE if parameter_range is None else _range(parameter_range)
+    given = None if parameter_range is None else _range(parameter_range)
     hopf = start or critical_speed(model, radius=radius, cant=cant, inputs=u)
-    if hopf.loss != "hunting" or hopf.speed is None:
-        raise CycleError(
-            f"{model.name} has no Hopf point to start from: {hopf}. Change the curve or the vehicle, "
-            "or start from a simulated limit cycle (start=design.simulated_cycle(...))"
-        )
-    if parameter_range is None:
-        limits = (SPEED_RANGE[0], ABOVE_HOPF * hopf.speed)
-    curvature = checks.curvature(hopf.radius)
-    setting = Setting(model, "speed", hopf.speed, curvature, hopf.cant, u)
+    setting = _setting_at(hopf, model, u)
+    limits = given or (SPEED_RANGE[0], ABOVE_HOPF * setting.speed)
     run = CycleContinuation.from_hopf(setting, hopf, limits, longest_step, steps_per_period)
     return run.run(points, progress)
 
@@ -139,9 +130,20 @@ def _range(limits: tuple[float, float] | None) -> tuple[float, float]:
 def _setting(
     model: Model, parameter: str, start: Cycle, inputs: Array, limits: tuple[float, float]
 ) -> Setting:
+    """Return the setting of a branch from a motion; the model must allow both ends of its range."""
     unit = None if parameter == "speed" else (limits[1] - limits[0]) / 10.0
     setting = Setting(model, parameter, start.speed, start.curvature, start.cant, inputs, unit)
     for value in limits:
         changed = setting.model_at(value)  # raises where the model does not allow the value
         changed.check_conditions(*setting.conditions(value))
     return setting
+
+
+def _setting_at(hopf: CriticalSpeed, model: Model, inputs: Array) -> Setting:
+    """Return the setting of a branch over speed from a Hopf point, if it is one."""
+    if hopf.loss != "hunting" or hopf.speed is None:
+        raise CycleError(
+            f"{model.name} has no Hopf point to start from: {hopf}. Change the curve or the vehicle, "
+            "or start from a simulated limit cycle (start=design.simulated_cycle(...))"
+        )
+    return Setting(model, "speed", hopf.speed, checks.curvature(hopf.radius), hopf.cant, inputs)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from design.progress import tracked
 from railenv import checks
 from railenv.batch import Batch
 from railenv.equilibrium import follow_speeds
@@ -130,23 +131,11 @@ def simulated_diagram(
     curves = np.atleast_1d(np.asarray(radii, dtype=float))
     duration = checks.number("duration", duration, low=0.0, open_low=True, unit="s")
     window = checks.number("window", window, low=0.0, high=duration, open_low=True, unit="s")
-    if starts is None:
-        first, scale = model.state_names[0], float(model.scale[0])
-        starts = [{first: _SMALL * scale}, {first: _LARGE * scale}]
-    if len(starts) == 0:
-        raise ParameterError("starts is empty; give at least one initial disturbance")
-    for given in starts:
-        checks.known("state in starts", given, model.state_names)
+    starts = _starts(model, starts)
     results: list[tuple[Array, Array, NDArray[np.bool_]]] = []
     ended: str | None = None
-    todo: Sequence[float] = curves.tolist()
-    shown = todo
-    if progress:
-        from rich.progress import track
-
-        shown = track(todo, description=f"simulated diagram, {model.name}", total=len(todo))  # type: ignore[assignment]
     try:
-        for radius in shown:
+        for radius in tracked(curves.tolist(), f"simulated diagram, {model.name}", progress):
             results.append(_one_curve(model, targets, radius, cant, starts, (duration, window), step))
     except KeyboardInterrupt:
         ended = f"interrupted after {len(results)} of {len(curves)} radii"
@@ -159,13 +148,25 @@ def simulated_diagram(
         radius=curves[: len(results)],
         cant=cant,
         speed=targets,
-        starts=tuple(dict(given) for given in starts),
+        starts=starts,
         lowest=lowest,
         highest=highest,
         steady=steady,
         clearance=model.parameters.get("flange_clearance"),
         ended=ended,
     )
+
+
+def _starts(model: Model, starts: Sequence[Mapping[str, float]] | None) -> tuple[dict[str, float], ...]:
+    """Return the initial disturbances, those asked for or the usual two."""
+    if starts is None:
+        first, scale = model.state_names[0], float(model.scale[0])
+        return {first: _SMALL * scale}, {first: _LARGE * scale}
+    if len(starts) == 0:
+        raise ParameterError("starts is empty; give at least one initial disturbance")
+    for given in starts:
+        checks.known("state in starts", given, model.state_names)
+    return tuple(dict(given) for given in starts)
 
 
 def _one_curve(
@@ -177,23 +178,34 @@ def _one_curve(
     times: tuple[float, float],
     step: float | None,
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Return the extremes at all speeds from all starts, and where there is a running equilibrium."""
     curvature = checks.curvature(radius)
     states, steady = _equilibria(model, speeds, radius, cant)
-    shape = (len(speeds), len(starts), model.n_states)
-    begin = np.repeat(states[:, None, :], len(starts), axis=1)
-    for k, given in enumerate(starts):
-        for name, value in given.items():
-            begin[:, k, model.state_names.index(name)] += checks.number(f"start {name}", value)
+    begin = _disturbed(model, states, starts)
     if step is None:
         ends = [(states[i], float(speeds[i])) for i in (0, -1)]
         step = _STEP * min(
             natural_step(model, x, speed=v, curvature=curvature, cant=cant) for x, v in ends
         )
     step = checks.number("step", step, low=0.0, open_low=True, unit="s")
-    batch = Batch([model] * (shape[0] * shape[1]))
-    conditions = [[v, curvature, cant] for v in speeds for _ in starts]
-    batch.conditions = conditions
+    batch = Batch([model] * (len(speeds) * len(starts)))
+    batch.conditions = [[v, curvature, cant] for v in speeds for _ in starts]
     batch.states = begin.reshape(-1, model.n_states)
+    lowest, highest = _extremes(batch, times, step)
+    return lowest.reshape(begin.shape), highest.reshape(begin.shape), steady
+
+
+def _disturbed(model: Model, states: Array, starts: Sequence[Mapping[str, float]]) -> Array:
+    """Return the state at every speed with every start added, shape (n_speeds, n_starts, n_states)."""
+    begin = np.repeat(states[:, None, :], len(starts), axis=1)
+    for k, given in enumerate(starts):
+        for name, value in given.items():
+            begin[:, k, model.state_names.index(name)] += checks.number(f"start {name}", value)
+    return begin
+
+
+def _extremes(batch: Batch, times: tuple[float, float], step: float) -> tuple[Array, Array]:
+    """Integrate a batch; return the extremes of all states in the window at the end, NaN if lost."""
     duration, window = times
     total = max(2, math.ceil(duration / step))
     h = duration / total
@@ -206,11 +218,7 @@ def _one_curve(
         now = np.asarray(batch.states, dtype=float)
         lowest, highest = np.minimum(lowest, now), np.maximum(highest, now)
     finite = np.isfinite(highest - lowest)
-    return (
-        np.where(finite, lowest, np.nan).reshape(shape),
-        np.where(finite, highest, np.nan).reshape(shape),
-        steady,
-    )
+    return np.where(finite, lowest, np.nan), np.where(finite, highest, np.nan)
 
 
 def _equilibria(

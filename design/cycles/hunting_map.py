@@ -8,7 +8,6 @@ cycles there is no hunting, however large the disturbance. Between them it depen
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +19,7 @@ from design.cycles.continuation import CycleContinuation
 from design.cycles.cycle import Cycle, CycleBranch, CycleError, SpecialPoint
 from design.cycles.periodic import Setting
 from design.cycles.places import Place
+from design.progress import tracked
 from design.stability.critical_speed import SPEED_RANGE, critical_speed
 from design.stability.loss import CriticalSpeed
 from railenv import checks
@@ -142,31 +142,27 @@ def hunting_map(
     """
     checks.known("parameter", [parameter], ["radius", "cant", *model.parameters])
     wanted = np.atleast_1d(np.asarray(values, dtype=float)).tolist()
-    todo: Sequence[float] = wanted
-    if progress:
-        from rich.progress import track
-
-        todo = track(wanted, description=f"stability map, {model.name}", total=len(wanted))  # type: ignore[assignment]
-    hopf: list[CriticalSpeed] = []
-    folds: list[SpecialPoint | None] = []
-    notes: list[str] = []
+    rows: list[tuple[CriticalSpeed, SpecialPoint | None, str]] = []
     ended: str | None = None
     beside: Cycle | None = None
     try:
-        for value in todo:
+        for value in tracked(wanted, f"stability map, {model.name}", progress):
             place = Place(model, radius, cant).replace(**{parameter: value})
-            found = critical_speed(
+            hopf = critical_speed(
                 place.model, radius=place.radius, cant=place.cant, speed_range=speed_range
             )
-            fold, beside, note = _fold(place, found, beside, speed_range)
-            hopf.append(found)
-            folds.append(fold)
-            notes.append(note)
+            fold, beside, note = _fold(place, hopf, beside, speed_range)
+            rows.append((hopf, fold, note))
     except KeyboardInterrupt:
-        ended = f"interrupted after {len(notes)} of {len(wanted)} values"
-    done = np.array(wanted[: len(notes)])
+        ended = f"interrupted after {len(rows)} of {len(wanted)} values"
     return HuntingMap(
-        model.name, parameter, done, tuple(hopf[: len(notes)]), tuple(folds), tuple(notes), ended
+        model_name=model.name,
+        parameter=parameter,
+        value=np.array(wanted[: len(rows)]),
+        hopf=tuple(hopf for hopf, _, _ in rows),
+        folds=tuple(fold for _, fold, _ in rows),
+        notes=tuple(note for _, _, note in rows),
+        ended=ended,
     )
 
 

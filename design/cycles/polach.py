@@ -122,13 +122,9 @@ def speed_ramp(
     """
     low, high = checks.speed(start, "start"), checks.speed(stop, "stop")
     rate = checks.number("rate", rate, low=0.0, open_low=True, unit="m/s^2")
-    name = model.state_names[0] if state is None else state
-    checks.known("state", [name], model.state_names)
-    k = model.state_names.index(name)
+    name, k, limit = _judged(model, state, threshold)
     if low == high:
         raise ParameterError(f"start and stop are both {low:g} m/s; a ramp needs two speeds")
-    if cycle is not None:
-        initial_state = cycle.states[0]
     duration = abs(high - low) / rate
     response = simulate(
         model,
@@ -136,16 +132,23 @@ def speed_ramp(
         radius=radius,
         cant=cant,
         duration=duration,
-        initial_state=initial_state,
+        initial_state=initial_state if cycle is None else cycle.states[0],
         perturbation=perturbation,
         output_step=_OUTPUT_STEP,
     )
     time, states = np.asarray(response.time), np.asarray(response.states)
     size = max(3, round(window / float(time[1] - time[0])))
     spread = maximum_filter1d(states[k], size) - minimum_filter1d(states[k], size)
-    limit = HUNTING * float(model.scale[k]) if threshold is None else threshold
     speeds = low + (high - low) * time / duration
     return SpeedRamp(model.name, name, time, speeds, spread / 2.0, limit, states[:, -1].copy())
+
+
+def _judged(model: Model, state: str | None, threshold: float | None) -> tuple[str, int, float]:
+    """Return the state whose amplitude is judged, its index, and the amplitude of hunting."""
+    name = model.state_names[0] if state is None else state
+    checks.known("state", [name], model.state_names)
+    k = model.state_names.index(name)
+    return name, k, HUNTING * float(model.scale[k]) if threshold is None else threshold
 
 
 @dataclass(frozen=True)
@@ -222,9 +225,7 @@ def disturbance_test(
     state, threshold
         As in :func:`speed_ramp`.
     """
-    name = model.state_names[0] if state is None else state
-    checks.known("state", [name], model.state_names)
-    k = model.state_names.index(name)
+    name, _, limit = _judged(model, state, threshold)
     if disturbance is None:
         lateral = [s for s in model.state_names if s.startswith("y_")] or [model.state_names[0]]
         disturbance = {s: 8.0 * float(model.scale[model.state_names.index(s)]) for s in lateral}
@@ -237,5 +238,4 @@ def disturbance_test(
         duration=duration,
         window=window,
     )
-    limit = HUNTING * float(model.scale[k]) if threshold is None else threshold
     return DisturbanceTest(diagram, name, limit)

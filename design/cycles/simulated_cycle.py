@@ -72,15 +72,23 @@ def simulated_cycle(
         initial_state=initial_state,
         output_step=_SAMPLE,
     )
-    states = np.asarray(response.states).T
-    period, first = _last_period(model, np.asarray(response.time), states)
-    samples = np.arange(first, first + round(period / _SAMPLE) + 1)
-    motion = states[np.minimum(samples, len(states) - 1)]
-    guess = Cycle(
-        speed=checks.speed(speed),
-        curvature=checks.curvature(radius),
-        cant=cant,
-        value=speed,
+    time, states = np.asarray(response.time), np.asarray(response.states).T
+    period, motion = _last_period(model, time, states)
+    setting = Setting(
+        model, "speed", checks.speed(speed), checks.curvature(radius), cant, np.zeros(model.n_inputs)
+    )
+    guess = _guess(setting, period, motion)
+    limits = (0.5 * speed, 2.0 * speed)
+    return CycleContinuation.from_cycle(setting, guess, 1, limits, 0.1, steps_per_period).cycles[0]
+
+
+def _guess(setting: Setting, period: float, motion: Array) -> Cycle:
+    """Return a simulated motion as a cycle to start from, whose stability is not known."""
+    return Cycle(
+        speed=setting.speed,
+        curvature=setting.curvature,
+        cant=setting.cant,
+        value=setting.speed,
         period=period,
         states=motion,
         amplitudes=half_peak_to_peak(motion),
@@ -89,16 +97,12 @@ def simulated_cycle(
         tangent=np.zeros(0),
         scale=np.zeros(0),
         orientation=0,
-        state_names=model.state_names,
+        state_names=setting.model.state_names,
     )
-    u = np.zeros(model.n_inputs)
-    setting = Setting(model, "speed", guess.speed, guess.curvature, guess.cant, u)
-    limits = (0.5 * speed, 2.0 * speed)
-    return CycleContinuation.from_cycle(setting, guess, 1, limits, 0.1, steps_per_period).cycles[0]
 
 
-def _last_period(model: Model, time: Array, states: Array) -> tuple[float, int]:
-    """Return the period (s) at the end of a simulation, and the sample at which one starts."""
+def _last_period(model: Model, time: Array, states: Array) -> tuple[float, Array]:
+    """Return the length (s) of a period at the end of a simulation, and the motion in it."""
     tail = states[len(states) // 2 :]
     k = int(np.argmax(np.ptp(tail, axis=0) / model.scale))
     signal = tail[:, k] - (tail[:, k].max() + tail[:, k].min()) / 2.0
@@ -116,17 +120,19 @@ def _last_period(model: Model, time: Array, states: Array) -> tuple[float, int]:
             "simulate longer"
         )
     exact = up + signal[up] / (signal[up] - signal[up + 1])
-    before = (exact[-1] - exact[:-1]) * _step(time)
-    # the motion may cross its middle several times a period: the shortest span that brings it back
     part = (exact - up)[:, None]
-    crossings = ((1.0 - part) * tail[up] + part * tail[up + 1]) / np.maximum(
-        np.ptp(tail, axis=0), _STILL * model.scale
-    )
+    crossings = (1.0 - part) * tail[up] + part * tail[up + 1]
+    i = _returning(crossings / np.maximum(np.ptp(tail, axis=0), _STILL * model.scale))
+    period = float((exact[-1] - exact[i]) * (time[1] - time[0]))
+    samples = up[i] + np.arange(round(period / _SAMPLE) + 1)
+    return period, tail[np.minimum(samples, len(tail) - 1)]
+
+
+def _returning(crossings: Array) -> int:
+    """Return which of the states at upward crossings is the latest that the last one comes back to.
+
+    A motion may cross its middle several times a period.
+    """
     misses = np.abs(crossings[:-1] - crossings[-1]).max(axis=1)[-_CROSSINGS:]
     back = np.flatnonzero(misses < max(_BACK, 2.0 * float(misses.min())))
-    i = len(up) - 1 - len(misses) + int(back[-1])
-    return float(before[i]), int(len(states) - len(tail) + up[i])
-
-
-def _step(time: Array) -> float:
-    return float(time[1] - time[0])
+    return len(crossings) - 1 - len(misses) + int(back[-1])

@@ -66,21 +66,21 @@ def linearize(
     UnknownNameError
         If an input is not one of the model's, or an output is neither a state nor a signal.
     """
-    names = model.state_names
-    signals = model.signal_names if isinstance(model, Equipped) else ()
     driven = model.input_names if inputs is None else tuple(inputs)
-    chosen = names if outputs is None else tuple(outputs)
+    chosen = model.state_names if outputs is None else tuple(outputs)
+    signals = model.signal_names if isinstance(model, Equipped) else ()
+    available = [*model.state_names, *signals]
     checks.known("input", driven, model.input_names)
-    checks.known("output", chosen, [*names, *signals])
+    checks.known("output", chosen, available)
     if state is None:
         state = equilibrium(model, speed=speed, radius=radius, cant=cant).states
     curvature = checks.curvature(radius)
     A, B = model.jacobian(state, speed=speed, curvature=curvature, cant=cant)
-    C, D = np.eye(len(names)), np.zeros((len(names), model.n_inputs))
+    C, D = np.eye(model.n_states), np.zeros((model.n_states, model.n_inputs))
     if isinstance(model, Equipped) and set(chosen) & set(signals):
         more_C, more_D = model.signal_jacobian(state, speed=speed, curvature=curvature, cant=cant)
         C, D = np.vstack([C, more_C]), np.vstack([D, more_D])
-    rows = [(*names, *signals).index(name) for name in chosen]
+    rows = [available.index(name) for name in chosen]
     columns = [model.input_names.index(name) for name in driven]
     return control.ss(
         A,
@@ -88,7 +88,7 @@ def linearize(
         C[rows],
         D[np.ix_(rows, columns)],
         inputs=list(driven),
-        states=list(names),
+        states=list(model.state_names),
         outputs=list(chosen),
         name=f"{model.name}_linearized",
     )
@@ -139,26 +139,12 @@ def discretize(
     columns = [labels.index(name) for name in late]
     if delay > 0.0 and np.any(system.D[:, columns]):
         raise ParameterError("a delayed input acts on an output directly; give that no delay")
-    transition, blocks = held_inputs(system.A, system.B[:, columns], period, delay)
-    n, m, ages = system.nstates, len(late), len(blocks) - 1
-    A = np.zeros((n + m * ages, n + m * ages))
-    B = np.zeros((n + m * ages, system.ninputs))
-    A[:n, :n] = transition
-    _, (prompt, *_) = held_inputs(system.A, system.B, period, 0.0)
-    B[:n] = prompt
-    B[:n, columns] = blocks[0]
-    for age in range(1, ages + 1):
-        rows = slice(n + m * (age - 1), n + m * age)
-        A[:n, rows] = blocks[age]
-        if age == 1:
-            B[rows, columns] = np.eye(m)
-        else:
-            A[rows, n + m * (age - 2) : n + m * (age - 1)] = np.eye(m)
+    A, B, ages = _sampled(system, columns, period, delay)
     on_their_way = [f"{name}[-{age}]" for age in range(1, ages + 1) for name in late]
     return control.ss(
         A,
         B,
-        np.hstack([system.C, np.zeros((system.noutputs, m * ages))]),
+        np.hstack([system.C, np.zeros((system.noutputs, len(on_their_way)))]),
         system.D,
         period,
         inputs=labels,
@@ -166,6 +152,31 @@ def discretize(
         outputs=list(system.output_labels),
         name=f"{system.name}_sampled",
     )
+
+
+def _sampled(
+    system: control.StateSpace, late: list[int], period: float, delay: float
+) -> tuple[Array, Array, int]:
+    """Return A and B over a period, and how many commands of each delayed input are states.
+
+    The commands on their way move on by one age a period; each acts on the states at its age.
+    """
+    transition, blocks = held_inputs(system.A, system.B[:, late], period, delay)
+    _, (prompt, *_) = held_inputs(system.A, system.B, period, 0.0)
+    n, m, ages = system.nstates, len(late), len(blocks) - 1
+    A = np.zeros((n + m * ages, n + m * ages))
+    B = np.zeros((n + m * ages, system.ninputs))
+    A[:n, :n] = transition
+    B[:n] = prompt
+    B[:n, late] = blocks[0]
+    for age in range(1, ages + 1):
+        rows = slice(n + m * (age - 1), n + m * age)
+        A[:n, rows] = blocks[age]
+        if age == 1:
+            B[rows, late] = np.eye(m)
+        else:
+            A[rows, n + m * (age - 2) : n + m * (age - 1)] = np.eye(m)
+    return A, B, ages
 
 
 def held_inputs(A: Array, B: Array, period: float, delay: float) -> tuple[Array, list[Array]]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import control
 import numpy as np
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
+Each = TypeVar("Each")
 
 
 class Locus(PoleZeroData):
@@ -285,16 +286,8 @@ def speed_locus(
     targets = checks.numbers("speeds", speeds, least=2)
     checks.curvature(radius)
     family = _Speeds(model, dynamics(model, controller, period), float(radius), checks.cant(cant))
-    points = []
-    ended: str | None = None
-    try:
-        for point in follow_speeds(model, targets, radius=radius, cant=cant):
-            points.append(point)
-    except EquilibriumError as error:
-        if len(points) < 2:
-            raise
-        ended = str(error)
-        warnings.warn(f"the speed locus ends early: {ended}", UserWarning, stacklevel=2)
+    followed = follow_speeds(model, targets, radius=radius, cant=cant)
+    points, ended = while_running(followed, "speed locus")
     reached = targets[: len(points)]
     low = float(reached[0]) if controller is not None else min(float(reached[0]), LOW_SPEED)
     search = (low, float(targets[-1]))
@@ -303,6 +296,27 @@ def speed_locus(
     )
     modes = [family.about(p, float(v)) for p, v in zip(points, reached, strict=True)]
     return SpeedLocus(reached, modes, family, critical=critical, ended=ended)
+
+
+def while_running(points: Iterable[Each], locus: str) -> tuple[list[Each], str | None]:
+    """Return the points of a locus up to where there is no equilibrium, and why no more, if so.
+
+    Raises
+    ------
+    EquilibriumError
+        If there are fewer than two.
+    """
+    found: list[Each] = []
+    try:
+        for point in points:
+            found.append(point)
+    except EquilibriumError as error:
+        if len(found) < 2:
+            raise
+        # at level 1 is this function, at 2 the one that makes the locus
+        warnings.warn(f"the {locus} ends early: {error}", UserWarning, stacklevel=3)
+        return found, str(error)
+    return found, None
 
 
 @dataclass(frozen=True)

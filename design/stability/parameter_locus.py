@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,11 +14,11 @@ from design.linear.quantities import meaning_of
 from design.loop.dynamics import Dynamics, dynamics
 from design.loop.feedback import ScaledFeedback, as_feedback
 from design.loop.sampled import SampledDynamics
-from design.stability.locus import VehicleLocus
+from design.stability.locus import VehicleLocus, while_running
 from design.stability.modes import Modes
 from railenv import checks
 from railenv.equilibrium import follow_speeds
-from railenv.errors import EquilibriumError, ParameterError, shown
+from railenv.errors import ParameterError, shown
 from railenv.models import Model
 
 Array = NDArray[np.float64]
@@ -102,17 +101,8 @@ def parameter_locus(
     family = _Parameters(model, parameter, *conditions, controller, period, 0)
     memory = max(family.memory(float(targets[0])), family.memory(float(targets[-1])))
     family = dataclasses.replace(family, least_memory=memory)
-    found: list[Modes] = []
-    ended: str | None = None
-    for value in targets.tolist():
-        try:
-            found.append(family.modes(value))
-        except EquilibriumError as error:
-            if len(found) < 2:
-                raise
-            ended = str(error)
-            warnings.warn(f"the locus over {parameter} ends early: {ended}", UserWarning, stacklevel=2)
-            break
+    modes = (family.modes(value) for value in targets.tolist())
+    found, ended = while_running(modes, f"locus over {parameter}")
     return ParameterLocus(targets[: len(found)], found, family, ended=ended)
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from scipy import optimize
 
 from design.loop.dynamics import dynamics
+from design.progress import tracked
 from design.stability.critical_speed import critical_speed
 from design.stability.loss import CriticalSpeed
 from railenv import checks
@@ -154,13 +155,9 @@ def robust_critical_speed(
         If a range is empty or a value in it is not allowed.
     """
     search = _Search(model, controller, _checked(model, box), radius, cant, speed_range, period)
-    points: Iterable[Array] = search.starts(samples, seed)
-    if progress:
-        from rich.progress import track
-
-        points = track(list(points), description=f"robust critical speed, {model.name}")
+    points = search.starts(samples, seed)
     with one_blas_thread():
-        for point in points:
+        for point in tracked(points, f"robust critical speed, {model.name}", progress):
             search.stable_up_to(point)
         search.refine()
     return search.result()

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from design.progress import tracked
 from design.stability.critical_speed import SPEED_RANGE, critical_speed
 from design.stability.loss import CriticalSpeed
 from railenv import checks
@@ -91,10 +91,6 @@ def curve_sweep(
         If there is no running equilibrium on a curve at the lowest speed.
     """
     values = checks.numbers("radii", radii)
-    todo: Iterable[float] = values.tolist()
-    if progress:
-        from rich.progress import track
-
-        todo = track(todo, description=f"critical speed, {model.name}", total=len(values))
+    todo = tracked(values.tolist(), f"critical speed, {model.name}", progress)
     results = [critical_speed(model, radius=r, cant=cant, speed_range=speed_range) for r in todo]
     return CurveSweep(model.name, cant, values, tuple(results))

@@ -84,11 +84,7 @@ def run_study(
     """
     if n_jobs is not None and (n_jobs == 0 or int(n_jobs) != n_jobs):
         raise ParameterError(f"n_jobs is {n_jobs!r}; it must be None or an integer other than 0")
-    kept = None
-    if store is not None:
-        if settings is None:
-            raise ParameterError("settings is None; a store needs them, to know what it holds")
-        kept = Store(store, settings)
+    kept = None if store is None else _opened(store, settings)
     done: dict[int, Record] = {} if kept is None else dict(kept.records)
     groups = [[i] for i in range(len(cells))] if batches is None else batches
     todo = [left for group in groups if (left := [i for i in group if i not in done])]
@@ -104,6 +100,12 @@ def run_study(
         except KeyboardInterrupt:
             ended = f"interrupted after {len(done)} of {len(cells)} cells"
     return Study(tuple(done.get(i) for i in range(len(cells))), ended)
+
+
+def _opened(store: str | Path, settings: Mapping[str, Any] | None) -> Store:
+    if settings is None:
+        raise ParameterError("settings is None; a store needs them, to know what it holds")
+    return Store(store, settings)
 
 
 def _results(

@@ -8,18 +8,14 @@ from typing import Annotated
 import typer
 
 from railenv.cli import loops
-from railenv.cli.common import assignments, model_of, out, print_json, save, say_written
+from railenv.cli.common import out, print_json, save, say_written
 from railenv.cli.options import (
-    ControllerOption,
+    ControlOptions,
     CurveOptions,
-    DelayOption,
     JsonOption,
-    PeriodOption,
     PlotOption,
     SetOption,
     VehicleOptions,
-    WashoutOption,
-    YawRateGainOption,
     animation,
     with_groups,
 )
@@ -33,11 +29,7 @@ def critical_speed(
     curve: CurveOptions,
     lowest: Annotated[float, typer.Option(help="Lowest speed searched, m/s.")] = 3.0,
     highest: Annotated[float, typer.Option(help="Highest speed searched, m/s.")] = 400.0,
-    controller: ControllerOption = None,
-    yaw_rate_gain: YawRateGainOption = None,
-    washout: WashoutOption = None,
-    delay: DelayOption = None,
-    period: PeriodOption = None,
+    control: ControlOptions,
     changes: SetOption = None,
     plot: PlotOption = None,
     animate: Annotated[
@@ -49,11 +41,7 @@ def critical_speed(
     """Find the speed at which steady running ends: by hunting, divergence or loss of equilibrium."""
     import design
 
-    loop = loops.loop(
-        model_of(plant, None),
-        assignments(changes, "--set"),
-        loops.Choice(controller, yaw_rate_gain, washout, delay, period),
-    )
+    loop = loops.loop(plant, changes, control)
     found = design.critical_speed(
         loop.model,
         radius=curve.radius,

@@ -10,18 +10,14 @@ import typer
 from rich.table import Table
 
 from railenv.cli import loops
-from railenv.cli.common import Found, assignments, model_of, report, save
+from railenv.cli.common import Found, report, save
 from railenv.cli.options import (
-    ControllerOption,
+    ControlOptions,
     CurveOptions,
-    DelayOption,
     JsonOption,
-    PeriodOption,
     PlotOption,
     SetOption,
     VehicleOptions,
-    WashoutOption,
-    YawRateGainOption,
     picture,
     with_groups,
 )
@@ -48,11 +44,7 @@ def locus(
     first: Annotated[float | None, typer.Option("--from", help="Lowest value of it.")] = None,
     last: Annotated[float | None, typer.Option("--to", help="Highest value of it.")] = None,
     speed: Annotated[float | None, typer.Option("--speed", "-s", help="Speed for it, m/s.")] = None,
-    controller: ControllerOption = None,
-    yaw_rate_gain: YawRateGainOption = None,
-    washout: WashoutOption = None,
-    delay: DelayOption = None,
-    period: PeriodOption = None,
+    control: ControlOptions,
     changes: SetOption = None,
     plot: PlotOption = None,
     damping_plot: Annotated[
@@ -62,11 +54,7 @@ def locus(
     as_json: JsonOption = False,
 ) -> None:
     """Compute the eigenvalues over speed or over a parameter, sorted into modes."""
-    loop = loops.loop(
-        model_of(plant, None),
-        assignments(changes, "--set"),
-        loops.Choice(controller, yaw_rate_gain, washout, delay, period),
-    )
+    loop = loops.loop(plant, changes, control)
     if parameter is None:
         only_with_parameter({"--from": first, "--to": last, "--speed": speed})
         locus, found = speed_locus(loop, (lowest, highest), points, curve.radius, curve.cant)

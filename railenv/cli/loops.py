@@ -3,41 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from railenv import checks
+from railenv.cli.common import assignments, model_of
 from railenv.cli.controllers import controllers
+from railenv.cli.options import ControlOptions, VehicleOptions
 from railenv.equipment import Equipped
 from railenv.errors import ParameterError
 from railenv.models import Model
 
 if TYPE_CHECKING:
     from design.loop.feedback import Feedback
-
-
-@dataclass(frozen=True)
-class Choice:
-    """What the command line says of a controller.
-
-    Attributes
-    ----------
-    name : str or None
-        A shipped controller or a file.
-    gain : float or None
-        Instead of it, N m per rad/s of a yaw rate that is damped.
-    washout : float or None
-        Corner frequency of the high-pass filter of that, Hz; None for no filter.
-    delay : float or None
-        Transport delay of the commands, s; None for the actuator's own.
-    period : float or None
-        Control period, s; None for the usual one.
-    """
-
-    name: str | None = None
-    gain: float | None = None
-    washout: float | None = None
-    delay: float | None = None
-    period: float | None = None
 
 
 @dataclass(frozen=True)
@@ -48,39 +25,40 @@ class Loop:
     controller: Feedback | None
 
 
-def loop(model: Model, changes: dict[str, Any], choice: Choice) -> Loop:
+def loop(plant: VehicleOptions, changes: list[str] | None, control: ControlOptions) -> Loop:
     """Return a model with changed parameters and, if one is chosen, actuators and controller."""
-    if choice.name is None and choice.gain is None:
+    model, values = model_of(plant, None), assignments(changes, "--set")
+    if control.controller is None and control.yaw_rate_gain is None:
         for name in ("washout", "delay", "period"):
-            if getattr(choice, name) is not None:
+            if getattr(control, name) is not None:
                 raise ParameterError(
                     f"--{name} needs a controller; give --controller or --yaw-rate-gain too"
                 )
-        return Loop(model.replace(**changes) if changes else model, None)
+        return Loop(model.replace(**values) if values else model, None)
     from agents.controllers.controller import equipped
 
-    if choice.delay is not None:
-        changes = {"delay": choice.delay, **changes}
-    carrier = equipped(model).replace(**changes)
-    return Loop(carrier, _controller(carrier, choice))
+    if control.delay is not None:
+        values = {"delay": control.delay, **values}
+    carrier = equipped(model).replace(**values)
+    return Loop(carrier, _controller(carrier, control))
 
 
-def _controller(model: Equipped, choice: Choice) -> Feedback:
+def _controller(model: Equipped, control: ControlOptions) -> Feedback:
     from agents.controllers.yaw_rate import YawRateFeedback
     from design.linear.linearization import CONTROL_PERIOD
     from design.loop.feedback import Feedback
 
-    if choice.name is not None:
-        for name in ("gain", "washout", "period"):
-            if getattr(choice, name) is not None:
-                option = "yaw-rate-gain" if name == "gain" else name
+    if control.controller is not None:
+        for name in ("yaw_rate_gain", "washout", "period"):
+            if getattr(control, name) is not None:
+                option = name.replace("_", "-")
                 raise ParameterError(f"--{option} does not go with --controller, which has its own")
-        (controller,) = controllers([choice.name]).values()
+        (controller,) = controllers([control.controller]).values()
         if not isinstance(controller, Feedback):
-            raise ParameterError(f"controller {choice.name!r} has no linearisation")
+            raise ParameterError(f"controller {control.controller!r} has no linearisation")
         return controller
-    period = CONTROL_PERIOD if choice.period is None else choice.period
+    period = CONTROL_PERIOD if control.period is None else control.period
     period = checks.number("--period", period, low=0.0, open_low=True, unit="s")
-    gain = checks.number("--yaw-rate-gain", choice.gain, unit="N m s/rad")
-    washout = checks.number("--washout", choice.washout or 0.0, low=0.0, unit="Hz")
+    gain = checks.number("--yaw-rate-gain", control.yaw_rate_gain, unit="N m s/rad")
+    washout = checks.number("--washout", control.washout or 0.0, low=0.0, unit="Hz")
     return YawRateFeedback.design(model, gain=gain, washout=washout, period=period)

@@ -9,18 +9,14 @@ import typer
 from rich.table import Table
 
 from railenv.cli import loops
-from railenv.cli.common import Found, assignments, model_of, report
+from railenv.cli.common import Found, report
 from railenv.cli.options import (
-    ControllerOption,
+    ControlOptions,
     CurveOptions,
-    DelayOption,
     JsonOption,
-    PeriodOption,
     PlotOption,
     SetOption,
     VehicleOptions,
-    WashoutOption,
-    YawRateGainOption,
     with_groups,
 )
 from railenv.errors import ParameterError
@@ -30,23 +26,15 @@ from railenv.errors import ParameterError
 def margins(
     *,
     speed: Annotated[float, typer.Option("--speed", "-s", help="Forward speed, m/s.")],
-    controller: ControllerOption = None,
-    yaw_rate_gain: YawRateGainOption = None,
+    control: ControlOptions,
     plant: VehicleOptions,
     curve: CurveOptions,
-    washout: WashoutOption = None,
-    delay: DelayOption = None,
-    period: PeriodOption = None,
     changes: SetOption = None,
     plot: PlotOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Compute gain, phase, disk and delay margins of a vehicle under a controller."""
-    loop = loops.loop(
-        model_of(plant, None),
-        assignments(changes, "--set"),
-        loops.Choice(controller, yaw_rate_gain, washout, delay, period),
-    )
+    loop = loops.loop(plant, changes, control)
     report(_margins(loop, speed, curve.radius, curve.cant), plot, as_json)
 
 

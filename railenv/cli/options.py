@@ -23,21 +23,9 @@ SetOption = Annotated[
     list[str] | None,
     typer.Option("--set", help="Change a parameter, as conicity=0.2; may be repeated."),
 ]
-YawRateGainOption = Annotated[
-    float | None,
-    typer.Option(help="Damp the yaw rate by actuators: moment against it, N m per rad/s."),
-]
 ControllerOption = Annotated[
     str | None, typer.Option("--controller", help="Close the loop: a shipped controller, or a file.")
 ]
-WashoutOption = Annotated[
-    float | None,
-    typer.Option(help="Corner frequency (Hz) below which it does not; none if left out."),
-]
-DelayOption = Annotated[
-    float | None, typer.Option(help="Transport delay of the commands, s; 0.01 if left out.")
-]
-PeriodOption = Annotated[float | None, typer.Option(help="Control period, s; 0.005 if left out.")]
 
 
 def picture(path: Path | None) -> Path | None:
@@ -106,6 +94,25 @@ class CurveOptions:
         float,
         typer.Option("--cant", "-c", help="Cant angle in rad; positive raises the left, outer rail."),
     ] = 0.0
+
+
+@dataclass(frozen=True)
+class ControlOptions:
+    """Which controller closes the loop, if any: a name or a file, or a yaw rate that is damped."""
+
+    controller: ControllerOption = None
+    yaw_rate_gain: Annotated[
+        float | None,
+        typer.Option(help="Damp the yaw rate by actuators: moment against it, N m per rad/s."),
+    ] = None
+    washout: Annotated[
+        float | None,
+        typer.Option(help="Corner frequency (Hz) below which it does not; none if left out."),
+    ] = None
+    delay: Annotated[
+        float | None, typer.Option(help="Transport delay of the commands, s; 0.01 if left out.")
+    ] = None
+    period: Annotated[float | None, typer.Option(help="Control period, s; 0.005 if left out.")] = None
 
 
 def with_groups(command: Callable[..., None]) -> Callable[..., None]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 import typer
 from rich.table import Table
 
 import railenv
-from railenv.cli.common import assignments, model_of, out, print_json, save
+from railenv.cli.common import Found, assignments, model_of, report
 from railenv.cli.options import (
     CurveOptions,
     JsonOption,
@@ -18,6 +19,9 @@ from railenv.cli.options import (
     VehicleOptions,
     with_groups,
 )
+
+if TYPE_CHECKING:
+    import control
 
 
 @with_groups
@@ -43,13 +47,11 @@ def simulate(
     as_json: JsonOption = False,
 ) -> None:
     """Simulate a vehicle from its running equilibrium, perturbed, and report how the motion ends."""
-    import numpy as np
-
-    built = model_of(plant, changes)
-    names = show or [built.state_names[0]]
-    railenv.checks.known("state in --show", names, built.state_names)
+    model = model_of(plant, changes)
+    names = show or [model.state_names[0]]
+    railenv.checks.known("state in --show", names, model.state_names)
     response = railenv.simulate(
-        built,
+        model,
         speed=speed,
         radius=curve.radius,
         cant=curve.cant,
@@ -57,9 +59,31 @@ def simulate(
         perturbation=assignments(perturb, "--perturb"),
         step=step,
     )
-    rows = {name: response.outputs[built.state_names.index(name)] for name in names}
+    if csv:
+        _write(response, csv)
+    report(_ending(response, names, speed, duration), plot, as_json)
+
+
+def _write(response: control.TimeResponseData, path: Path) -> None:
+    """Write time and all states as a table of numbers."""
+    header = ",".join(["time", *response.state_labels])
+    table = np.vstack([response.time, response.outputs]).T
+    np.savetxt(path, table, delimiter=",", header=header, comments="")
+
+
+def _ending(
+    response: control.TimeResponseData, names: list[str], speed: float, duration: float
+) -> Found:
+    """Return how the motion of some states ends."""
+
+    def draw() -> Any:
+        from design.cycles.motion_plots import plot_response
+
+        return plot_response(response, names)
+
     half = len(response.time) // 2
-    summary = {
+    rows = {name: response.outputs[response.state_labels.index(name)] for name in names}
+    states = {
         name: {
             "final": float(y[-1]),
             "amplitude_first_half": float(np.ptp(y[: half + 1]) / 2.0),
@@ -67,20 +91,10 @@ def simulate(
         }
         for name, y in rows.items()
     }
-    if csv:
-        header = ",".join(["time", *built.state_names])
-        table = np.vstack([response.time, response.outputs]).T
-        np.savetxt(csv, table, delimiter=",", header=header, comments="")
-    if as_json:
-        print_json({"model": built.name, "speed": speed, "duration": duration, "states": summary})
-    else:
-        shown = Table(title=f"{built.name} at {speed:g} m/s for {duration:g} s, SI units")
-        for title in ("state", "final", "amplitude, first half", "amplitude, second half"):
-            shown.add_column(title, justify="right")
-        for name, values in summary.items():
-            shown.add_row(name, *(f"{value:.6g}" for value in values.values()))
-        out.print(shown)
-    if plot:
-        from design.cycles.motion_plots import plot_response
-
-        save(plot_response(response, names), plot, as_json)
+    table = Table(title=f"{response.sysname} at {speed:g} m/s for {duration:g} s, SI units")
+    for title in ("state", "final", "amplitude, first half", "amplitude, second half"):
+        table.add_column(title, justify="right")
+    for name, values in states.items():
+        table.add_row(name, *(f"{value:.6g}" for value in values.values()))
+    summary = {"model": response.sysname, "speed": speed, "duration": duration, "states": states}
+    return Found(summary, [table], draw)

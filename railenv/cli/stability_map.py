@@ -11,9 +11,10 @@ from rich import box
 from rich.table import Table
 
 from railenv.cli import loops
-from railenv.cli.common import Found, assignments, err, model_of, report
+from railenv.cli.common import Found, err, report
 from railenv.cli.options import (
     ControllerOption,
+    ControlOptions,
     CurveOptions,
     JsonOption,
     PlotOption,
@@ -53,11 +54,7 @@ def stability_map(
     as_json: JsonOption = False,
 ) -> None:
     """Map critical speed, damping or growth rate over two parameters, in parallel."""
-    loop = loops.loop(
-        model_of(plant, None),
-        assignments(changes, "--set"),
-        loops.Choice(controller),
-    )
+    loop = loops.loop(plant, changes, ControlOptions(controller))
     found = _mapped(
         loop.model,
         loop.controller,

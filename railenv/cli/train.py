@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
 
+from railenv.cli.common import out
 from railenv.cli.options import JsonOption
 from railenv.errors import ParameterError
+
+if TYPE_CHECKING:
+    from agents.learning.training import Training
 
 
 def train(
@@ -58,41 +62,51 @@ def train(
 ) -> None:
     """Train a policy with Stable-Baselines3, or go on with a run."""
     import agents
-    from agents.learning.recipe import recipe
 
-    shown = Console(stderr=True).is_terminal
+    bar = Console(stderr=True).is_terminal
     if resume:
         if algorithm or config or changes or base or device or seed is not None or show:
             raise ParameterError("--resume takes the run's own recipe; give only --out and --steps")
-        done = agents.resume(directory, total_timesteps=steps, tensorboard=tensorboard, progress=shown)
-    else:
-        if algorithm is None:
-            raise ParameterError("algorithm is missing; it must be ppo, sac or td3")
-        given = dict(_change(text) for text in changes or [])
-        if show:
-            for name, value in (("n_timesteps", steps), ("seed", seed), ("device", device)):
-                if value is not None:
-                    given[name] = value
-            made = recipe(algorithm, environment, given, config)
-            print(json.dumps({environment: made.plain()}, indent=2))
-            return
-        done = agents.train(
-            algorithm,
-            environment,
-            total_timesteps=steps,
-            seed=seed,
-            directory=directory,
-            config=config,
-            changes=given,
-            base=base,
-            device=device,
-            tensorboard=tensorboard,
-            progress=shown,
-        )
+        done = agents.resume(directory, total_timesteps=steps, tensorboard=tensorboard, progress=bar)
+        _report(done, directory, as_json)
+        return
+    if algorithm is None:
+        raise ParameterError("algorithm is missing; it must be ppo, sac or td3")
+    given = dict(_change(text) for text in changes or [])
+    if show:
+        own = {"n_timesteps": steps, "seed": seed, "device": device}
+        given |= {name: value for name, value in own.items() if value is not None}
+        _show(algorithm, environment, given, config)
+        return
+    done = agents.train(
+        algorithm,
+        environment,
+        total_timesteps=steps,
+        seed=seed,
+        directory=directory,
+        config=config,
+        changes=given,
+        base=base,
+        device=device,
+        tensorboard=tensorboard,
+        progress=bar,
+    )
+    _report(done, directory, as_json)
+
+
+def _show(algorithm: str, environment: str, changes: dict[str, Any], config: Path | None) -> None:
+    """Print a recipe as JSON."""
+    from agents.learning.recipe import recipe
+
+    made = recipe(algorithm, environment, changes, config)
+    print(json.dumps({environment: made.plain()}, indent=2))
+
+
+def _report(done: Training, directory: Path, as_json: bool) -> None:
+    """Say what a run led to."""
     if as_json:
         print(json.dumps({"directory": str(directory), "best": done.policy.about}, indent=2))
         return
-    out = Console()
     out.print(str(done), highlight=False, soft_wrap=True)
     out.print(f"wrote {directory / 'best.npz'}", markup=False, highlight=False, soft_wrap=True)
 

@@ -101,18 +101,8 @@ def trace(
         tuple(map(sympy.Symbol, names)) for names in (states, inputs, CONDITIONS, parameters)
     )
     with distribute(False):  # keep 2*(a + b) as it was written
-        named = _Parameters(**dict(zip(parameters, p, strict=True)))
-        try:
-            derivatives = list(equations(x, u, *conditions, named))
-            further = list(signals(x, u, *conditions, named)) if signals else []
-        except RailenvError:
-            raise
-        except (ArithmeticError, TypeError, ValueError) as error:
-            raise EquationError(
-                f"the equations cannot be run on symbols: {error}. Use Python's operators and the "
-                "functions of railenv.equations.functions (not those of math or NumPy), and "
-                "where_positive instead of `if`, max or min"
-            ) from error
+        arguments = (x, u, *conditions, _Parameters(**dict(zip(parameters, p, strict=True))))
+        derivatives, further = _called(equations, signals, arguments)
         if len(derivatives) != len(states):
             raise ParameterError(
                 f"the equations return {len(derivatives)} derivatives for {len(states)} states; "
@@ -127,14 +117,40 @@ def trace(
             _compilable(value, label, known)
             for value, label in zip((*derivatives, *further), labels, strict=True)
         ]
-        names = sympy.numbered_symbols("_c")
-        replacements, reduced = sympy.cse(results, symbols=names, order="canonical")
-        flat = _Flattener()
-        for symbol, expression in replacements:
-            flat.assign(symbol, expression)
-        atoms = tuple(flat.atom(expression) for expression in reduced)
+        assignments, atoms = _flattened(results)
     n = len(states)
-    return Graph(x, u, conditions, p, tuple(flat.assignments), atoms[:n], atoms[n:])
+    return Graph(x, u, conditions, p, assignments, atoms[:n], atoms[n:])
+
+
+def _called(
+    equations: Callable[..., Sequence[Any]],
+    signals: Callable[..., Sequence[Any]] | None,
+    arguments: Sequence[Any],
+) -> tuple[list[Any], list[Any]]:
+    """Return what equations and signals give for symbols."""
+    try:
+        return list(equations(*arguments)), list(signals(*arguments)) if signals else []
+    except RailenvError:
+        raise
+    except (ArithmeticError, TypeError, ValueError) as error:
+        raise EquationError(
+            f"the equations cannot be run on symbols: {error}. Use Python's operators and the "
+            "functions of railenv.equations.functions (not those of math or NumPy), and "
+            "where_positive instead of `if`, max or min"
+        ) from error
+
+
+def _flattened(
+    expressions: Sequence[sympy.Expr],
+) -> tuple[tuple[Assignment, ...], tuple[sympy.Expr, ...]]:
+    """Return assignments that compute some expressions, and the symbol or number of each of these."""
+    names = sympy.numbered_symbols("_c")
+    replacements, reduced = sympy.cse(expressions, symbols=names, order="canonical")
+    flat = _Flattener()
+    for symbol, expression in replacements:
+        flat.assign(symbol, expression)
+    atoms = tuple(flat.atom(expression) for expression in reduced)
+    return tuple(flat.assignments), atoms
 
 
 def differentiate(graph: Graph, variables: Sequence[sympy.Symbol] | None = None) -> Jacobian:

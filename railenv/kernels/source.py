@@ -14,7 +14,7 @@ from typing import Any
 import sympy
 from sympy.printing.pycode import PythonCodePrinter
 
-from railenv.kernels.graph import Assignment, Graph, Jacobian, differentiate, needed, trace
+from railenv.kernels.graph import Assignment, Graph, differentiate, needed, trace
 from railenv.kernels.layout import Layout
 
 _NATIVE = {"exp": "math.exp", "log": "math.log", "tanh": "math.tanh", "atan": "math.atan"}
@@ -147,10 +147,14 @@ def kernel_source(
         len(graph.signals),
         len(by_parameter.entries),
     )
-    rhs_rows = zip(range(layout.dx, layout.work), graph.outputs, strict=True)
-    jacobian_rows = zip(range(layout.j, layout.q), jacobian.values, strict=True)
-    signal_rows = zip(range(layout.o, layout.j), graph.signals, strict=True)
-    parameter_rows = zip(range(layout.q, layout.all_rows), by_parameter.values, strict=True)
+    functions = [_function("rhs", graph, (), graph.outputs, range(layout.dx, layout.work))]
+    for name, derivative, rows in (
+        ("jacobian", jacobian, range(layout.j, layout.q)),
+        ("parameter_jacobian", by_parameter, range(layout.q, layout.all_rows)),
+    ):
+        functions.append(_function(name, graph, derivative.assignments, derivative.values, rows))
+    if graph.signals:
+        functions.append(_function("signals", graph, (), graph.signals, range(layout.o, layout.j)))
     return "\n".join(
         [
             f'"""Kernels of the {title}."""',
@@ -162,38 +166,30 @@ def kernel_source(
             f"PARAMETER_CELLS = {by_parameter.cells!r}  # of the derivatives by the parameters",
             *(f"{name} = {value!r}" for name, value in (constants or {}).items()),
             "",
-            _function("rhs", graph, layout, needed(graph.assignments, graph.outputs), rhs_rows),
-            _function("jacobian", graph, layout, _assignments(graph, jacobian), jacobian_rows),
-            _function(
-                "parameter_jacobian", graph, layout, _assignments(graph, by_parameter), parameter_rows
-            ),
-            *(
-                [
-                    _function(
-                        "signals", graph, layout, needed(graph.assignments, graph.signals), signal_rows
-                    )
-                ]
-                if graph.signals
-                else []
-            ),
+            *functions,
         ]
     )
 
 
-def _assignments(graph: Graph, derivative: Jacobian) -> list[Assignment]:
-    return needed([*graph.assignments, *derivative.assignments], derivative.values)
-
-
 def _function(
-    name: str, graph: Graph, layout: Layout, assignments: Sequence[Assignment], results: Any
+    name: str,
+    graph: Graph,
+    further: Sequence[Assignment],
+    values: Sequence[sympy.Expr],
+    rows: range,
 ) -> str:
+    """Write a function that stores some values in rows of the buffer.
+
+    The values start from the assignments of the graph, and ``further`` ones.
+    """
     printer = _KernelPrinter()
+    assignments = needed([*graph.assignments, *further], values)
     body = [f"{symbol} = {printer.doprint(value)}" for symbol, value in assignments]
-    results = list(results)
+    results = list(zip(rows, values, strict=True))
     stores = [f"w[{row}*L + lane] = {printer.doprint(value)}" for row, value in results]
     used = {s for _, value in (*assignments, *results) for s in value.free_symbols}
-    rows = enumerate((*graph.states, *graph.inputs, *graph.conditions, *graph.parameters))
-    loads = [f"{symbol} = w[{row}*L + lane]" for row, symbol in rows if symbol in used]
+    own = enumerate((*graph.states, *graph.inputs, *graph.conditions, *graph.parameters))
+    loads = [f"{symbol} = w[{row}*L + lane]" for row, symbol in own if symbol in used]
     constants = [f"{k} = real({value!r})" for value, k in printer.constants.items()]
     return "\n".join(
         [
