@@ -22,9 +22,12 @@ Array = NDArray[np.float64]
 HEAD = 4
 """Entries before the coefficients: first and last x, cells per unit of x, number of the last cell."""
 
-_FEWEST_CELLS, _MOST_CELLS = 256, 100_000
+_MOST_EXACT = 256
+"""Cells of the largest grid on which points are looked for."""
+
+_ON_GRID = 1e-6  # of a cell
 _CELLS_PER_POINT = 4
-"""Cells between the two closest points, so that a knee between them is kept."""
+_MOST_CELLS = 100_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +53,11 @@ class Table:
 
     @classmethod
     def through(cls, x: ArrayLike, y: ArrayLike, *, odd: bool = False, name: str = "table") -> Self:
-        """Return a table through points, monotone where they are (Fritsch and Carlson).
+        """Return a table that is straight between points and rounded at them.
+
+        The corners are rounded within a quarter of the distance of the two closest points, so that the
+        slope is continuous and the table rises where the points do (Fritsch and Butland); where the
+        points do not move, such as within the clearance of a stop, it does not either.
 
         Parameters
         ----------
@@ -79,16 +86,8 @@ class Table:
             if px[0] > 0.0:
                 px, py = np.concatenate([[0.0], px]), np.concatenate([[0.0], py])
             px, py = np.concatenate([-px[:0:-1], px]), np.concatenate([-py[:0:-1], py])
-        span, closest = px[-1] - px[0], float(np.diff(px).min())
-        wanted = math.ceil(_CELLS_PER_POINT * span / closest)
-        if wanted > _MOST_CELLS:
-            raise ParameterError(
-                f"x of {name} has points {closest:g} apart in a range of {span:g}; the closest may be "
-                f"{span * _CELLS_PER_POINT / _MOST_CELLS:g} apart"
-            )
-        cells = max(_FEWEST_CELLS, wanted)
-        grid = np.linspace(px[0], px[-1], cells + cells % 2 + 1)  # 0 is on the grid of an odd one
-        curve = PchipInterpolator(px, py)
+        grid = np.linspace(px[0], px[-1], _cells_of(px, name) + 1)
+        curve = PchipInterpolator(grid, np.interp(grid, px, py))
         return cls(grid, _hermite(grid, curve(grid), curve.derivative()(grid)), kept)
 
     @classmethod
@@ -170,6 +169,27 @@ def pack(tables: Sequence[Mapping[str, Table]]) -> tuple[Array, list[list[float]
                 parts.append(table.packed())
                 end += len(parts[-1])
     return np.concatenate(parts), [[starts[t] for t in system.values()] for system in tables]
+
+
+def _cells_of(x: Array, name: str) -> int:
+    """Return how many cells the grid has: all points lie on it, unless that takes too many.
+
+    On such a grid the table goes through every point; on another one it rounds off what happens within a
+    cell.
+    """
+    place = (x - x[0]) / (x[-1] - x[0])
+    for cells in range(len(x) - 1, _MOST_EXACT + 1):
+        if np.abs(place * cells - np.round(place * cells)).max() < _ON_GRID:
+            return max(_CELLS_PER_POINT * cells, 2)
+    wanted = math.ceil(_CELLS_PER_POINT / float(np.diff(place).min()))
+    if wanted > _MOST_CELLS:
+        raise ParameterError(
+            f"x of {name} has points {float(np.diff(x).min()):g} apart in a range of "
+            f"{x[-1] - x[0]:g}; the closest may be "
+            f"{(x[-1] - x[0]) * _CELLS_PER_POINT / _MOST_CELLS:g} apart"
+        )
+    cells = max(_CELLS_PER_POINT * _MOST_EXACT, wanted)
+    return cells + cells % 2  # 0 is on the grid of an odd one
 
 
 def _points(name: str, x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
