@@ -174,8 +174,8 @@ def pack(tables: Sequence[Mapping[str, Table]]) -> tuple[Array, list[list[float]
 def _cells_of(x: Array, name: str) -> int:
     """Return how many cells the grid has: all points lie on it, unless that takes too many.
 
-    On such a grid the table goes through every point; on another one it rounds off what happens within a
-    cell.
+    On such a grid the table goes through every point; on another one it rounds off what happens within
+    a cell.
     """
     place = (x - x[0]) / (x[-1] - x[0])
     for cells in range(len(x) - 1, _MOST_EXACT + 1):
