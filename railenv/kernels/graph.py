@@ -221,15 +221,19 @@ def _compilable(value: Any, label: str, known: set[sympy.Symbol]) -> sympy.Expr:
     return expression
 
 
-def _nodes(expression: sympy.Expr) -> set[sympy.Basic]:
-    """Return all parts of an expression, each once: written out it may be exponentially larger."""
-    found, left = set(), [expression]
+def _nodes(expression: sympy.Expr) -> list[sympy.Basic]:
+    """Return all parts of an expression, each once: written out it may be exponentially larger.
+
+    A part stands before those that it is made of.
+    """
+    found: dict[sympy.Basic, None] = {}
+    left = [expression]
     while left:
         node = left.pop()
         if node not in found:
-            found.add(node)
-            left.extend(node.args)
-    return found
+            found[node] = None
+            left.extend(reversed(node.args))
+    return list(found)
 
 
 def _text(node: sympy.Basic) -> str:

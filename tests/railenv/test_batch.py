@@ -262,7 +262,7 @@ def test_models_whose_parameters_stand_in_another_order_are_refused():
         railenv.Model("m", ["x"], [], _scaled_decay, parameters)
         for parameters in ({"a": 1.0, "b": 2.0}, {"b": 2.0, "a": 1.0})
     ]
-    with pytest.raises(railenv.ParameterError, match="same parameters in the same order"):
+    with pytest.raises(railenv.ParameterError, match="must share their equations"):
         Batch(models)
 
 

@@ -76,7 +76,7 @@ def test_pickled_model_is_the_same_model(name, request):
     assert_array_equal(copy.jacobian(x, speed=20.0)[0], model.jacobian(x, speed=20.0)[0])
     assert type(copy) is type(model)
     assert copy.parameters == model.parameters
-    assert copy.equations is model.equations  # so that a Batch takes both
+    assert copy.structure == model.structure  # so that a Batch takes both
     assert copy.plain_rhs(x.tolist(), [0.0] * model.n_inputs, 20.0)[0] == x[model.n_states // 2]
 
 
