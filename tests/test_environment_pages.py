@@ -27,7 +27,7 @@ def test_picture_is_animated_and_small(case):
     assert path.stat().st_size < LARGEST_PICTURE
     with Image.open(path) as picture:
         assert picture.n_frames > 10
-        assert picture.size == make_environments.PICTURE
+        assert picture.size == script("environment_pictures").PICTURE
 
 
 @pytest.mark.parametrize("case", CASES)

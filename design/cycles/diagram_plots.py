@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
     from design.cycles.diagram import SimulatedDiagram
 
+_MOST_LABELS = 8  # in the legend; with more, only the first start of every curve has one
+_MOST_NAMED = 2  # states of a start; one of more has a number instead
+
 
 def plot_diagram(
     diagram: SimulatedDiagram,
@@ -35,42 +38,44 @@ def plot_diagram(
     fresh = ax is None
     with style():
         ax = axes_or_new(ax, (6.8, 4.6))
-        colours = _colours(len(chosen))
-        for colour, i in zip(colours, chosen, strict=True):
-            for j, start in enumerate(diagram.starts):
-                values = factor * diagram.amplitude[name][i, :, j]
-                given = ", ".join(
-                    f"{k} {unit_of(k)[0] * v:g} {unit_of(k)[1]}" for k, v in start.items()
-                )
-                place = (
-                    curve_title(float(diagram.radius[i]), diagram.cant) + ", "
-                    if len(chosen) > 1
-                    else ""
-                )
-                label = f"{place}simulated from {given if len(start) < 3 else f'start {j + 1}'}"
+        labelled = len(chosen) * len(diagram.starts) <= _MOST_LABELS
+        for colour, i in zip(_colours(len(chosen)), chosen, strict=True):
+            for j in range(len(diagram.starts)):
+                label = _label(diagram, i, j, several=len(chosen) > 1)
                 ax.plot(
                     diagram.speed,
-                    values,
+                    factor * diagram.amplitude[name][i, :, j],
                     ".o^sD"[j % 5] if fresh else "o",
                     color=colour if fresh else INK,
                     mfc="white" if j or not fresh else colour,
                     ms=3.5 + 1.5 * (j > 0),
                     mew=0.9,
-                    label=label if len(chosen) * len(diagram.starts) <= 8 or not j else None,
+                    label=label if labelled or not j else None,
                 )
         if fresh:
             clearance_line(ax, diagram.clearance if name.startswith("y_w") else None, factor)
             ax.set_xlabel("speed (m/s)")
             ax.set_ylabel(axis_label(name, "amplitude"))
-            where = (
-                curve_title(float(diagram.radius[chosen[0]]), diagram.cant)
-                if len(chosen) == 1
-                else "curves"
-            )
+            where = _curve(diagram, chosen[0]) if len(chosen) == 1 else "curves"
             ax.set_title(f"{diagram.model_name}, {where}: motion at the end")
             ax.set_ylim(0.0, None)
         ax.legend(loc="best", fontsize=8)
         return drawn_on(ax)
+
+
+def _label(diagram: SimulatedDiagram, i: int, j: int, *, several: bool) -> str:
+    """Return what the legend says of curve i, named where there are several, and start j."""
+    place = f"{_curve(diagram, i)}, " if several else ""
+    start = diagram.starts[j]
+    if len(start) > _MOST_NAMED:
+        return f"{place}simulated from start {j + 1}"
+    units = {k: unit_of(k) for k in start}
+    given = (f"{k} {units[k][0] * v:g} {units[k][1]}" for k, v in start.items())
+    return f"{place}simulated from {', '.join(given)}"
+
+
+def _curve(diagram: SimulatedDiagram, i: int) -> str:
+    return curve_title(float(diagram.radius[i]), diagram.cant)
 
 
 def _colours(count: int) -> list[str]:

@@ -2,21 +2,15 @@
 
 import math
 
-import gymnasium as gym
 import numpy as np
 import pytest
 
 import railenv
 from railenv import irregularity
 from railenv.errors import ParameterError, UnknownNameError
+from tests.railenv.envs.runs import BOGIE, both, make
 
-BOGIE, DUAL = IDS = ("railenv/Bogie-v0", "railenv/DualWheelset-v0")
 GRAVITY = 9.81
-both = pytest.mark.parametrize("name", IDS)
-
-
-def make(name, **keywords):
-    return gym.make(name, disable_env_checker=True, **keywords).unwrapped
 
 
 def conditions(env, seeds, **options):

@@ -3,7 +3,6 @@
 import math
 from pathlib import Path
 
-import gymnasium as gym
 import numpy as np
 import pytest
 
@@ -13,14 +12,9 @@ from railenv import irregularity
 from railenv.envs.fleet import REASONS
 from railenv.envs.settings import RewardWeights
 from railenv.errors import ParameterError
+from tests.railenv.envs.runs import BOGIE, DUAL, both, make
 
-BOGIE, DUAL = IDS = ("railenv/Bogie-v0", "railenv/DualWheelset-v0")
 TERMS = ("hunting", "excursion", "ride", "effort", "derailment")
-both = pytest.mark.parametrize("name", IDS)
-
-
-def make(name, **keywords):
-    return gym.make(name, disable_env_checker=True, **keywords).unwrapped
 
 
 def idle(env):
