@@ -21,9 +21,7 @@ SMALL = 1e-6
 """m, the offset of all bodies from which motions grow or decay; far below the width of any kink."""
 
 
-def linear_growth_rates(
-    model: Model, controller: Any, speeds: Sequence[float]
-) -> Array:
+def linear_growth_rates(model: Model, controller: Any, speeds: Sequence[float]) -> Array:
     """Return the growth rate (1/s) of the least stable mode of the linear closed loop at some speeds.
 
     Parameters

@@ -165,9 +165,7 @@ class Rollout:
         self.fleet.step(actions.reshape(self._idle.shape))
         self.derailed |= self.fleet.terms[:, 5] > 0.0
 
-    def run(
-        self, duration: float, names: Sequence[str] | None = None, every: int = 1
-    ) -> Motion:
+    def run(self, duration: float, names: Sequence[str] | None = None, every: int = 1) -> Motion:
         """Advance by a duration (s) and record states, every so many control periods.
 
         The lateral displacement of the leading wheelset is recorded unless some are named.

@@ -70,9 +70,7 @@ def evaluated(
     known = {}
     if store is not None and store.exists():
         same = [
-            e
-            for e in load_evaluations(store)
-            if e.plan == plan and e.vehicle == vehicle_name(equipped)
+            e for e in load_evaluations(store) if e.plan == plan and e.vehicle == vehicle_name(equipped)
         ]
         known = {e.controller: e for e in same}
     done: list[agents.Evaluation] = []
