@@ -14,13 +14,13 @@ def main() -> None:
     model = railenv.Bogie(railenv.HIGH_SPEED_COACH)
     start = time.perf_counter()
     kernels = model.kernels()  # imports Numba
-    w = buffer(model, model.guess)
+    w, tables = buffer(model, model.guess)
     before_rhs = time.perf_counter()
-    kernels.rhs(w, t)
+    kernels.rhs(w, tables)
     before_jacobian = time.perf_counter()
-    kernels.jacobian(w, t)
+    kernels.jacobian(w, tables)
     before_rk4 = time.perf_counter()
-    kernels.rk4_hold(w, t, STEP, 1)
+    kernels.rk4_hold(w, tables, STEP, 1)
     end = time.perf_counter()
     seconds = {
         "first call of rhs of the bogie": before_jacobian - before_rhs,

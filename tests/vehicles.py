@@ -41,9 +41,7 @@ def sprung_wheelset():
         conicity="conicity",
     )
     states = ["y", "psi", "dy", "dpsi"]
-    return railenv.Model(
-        "sprung_wheelset", states, ["M"], wheelset, NUMBERS, scale=1e-3, bodies=[body]
-    )
+    return railenv.Model("sprung_wheelset", states, ["M"], wheelset, NUMBERS, scale=1e-3, bodies=[body])
 
 
 @cache
@@ -60,14 +58,14 @@ def own():
 
 @cache
 def lateral():
-    """Return an assembly with two lateral actuators of different limits, and sensors on the wheelsets."""
+    """Return an assembly with lateral actuators of two kinds, and sensors on the wheelsets."""
     plant = railenv.Assembled(railenv.DualWheelset(railenv.TABLE_1).assembly)
     kind = railenv.Actuator.secondary()
     return railenv.Equipped(
         plant,
         actuators=[
             railenv.LateralActuator(between=("w1", "ground"), actuator=kind.replace(limit=20e3)),
-            railenv.LateralActuator(between=("w2", "ground"), actuator=kind.replace(limit=10e3), x=-1.0),
+            railenv.LateralActuator(between=("w2", "ground"), actuator=kind.replace(limit=10e3), x=-1),
         ],
     )
 

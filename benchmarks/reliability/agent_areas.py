@@ -38,6 +38,7 @@ def _pairs(low: float, high: float) -> st.SearchStrategy[Any]:
 
 _SETTINGS: dict[str, st.SearchStrategy[Any]] = {
     "vehicle": rarely(values.vehicles(), ANYTHING),
+    "model": rarely(st.one_of(st.none(), values.MODELS), ANYTHING),
     "actuator": rarely(st.sampled_from(["secondary", "primary", "none"]), ANYTHING),
     "observation": rarely(st.sampled_from(["state", "sensors"]), ANYTHING),
     "history": rarely(st.integers(0, 3), ANYTHING),
