@@ -173,8 +173,8 @@ def sensed_bodies(model: Equipped, what: str) -> list[str]:
         if mount.acts != "yaw" or not (near or len(chosen) == 1):
             raise ParameterError(
                 f"{model.name} has the {mount.acts} actuator {mount.name} between "
-                f"{' and '.join(mount.between)}, and sensors on {', '.join(model.sensed)}; {what} needs "
-                "yaw actuators, with sensors on a body that each acts on"
+                f"{' and '.join(mount.between)}, and sensors on {', '.join(model.sensed)}; {what} "
+                "needs yaw actuators, with sensors on a body that each acts on"
             )
         found.append(chosen[0])
     return found

@@ -36,7 +36,8 @@ class ClosedLoopDiagram:
     offset : ndarray, shape (n_offsets,)
         m, lateral, of all bodies at the start.
     amplitude : ndarray, shape (n_offsets, n_speeds)
-        Half the range of the leading wheelset in the last second, m; infinity where there is no running equilibrium.
+        Half the range of the leading wheelset's lateral displacement in the last second, m; infinity
+        where there is no running equilibrium.
     duration : float
         s, of each run.
     """

@@ -125,20 +125,11 @@ def search_policy(
     check_single_actuator(model, "policy search")
     todo = Lessons() if lessons is None else lessons
     wanted = Aim() if aim is None else aim
-    turns: Iterable[int] = range(generations)
-    if progress:
-        from rich.progress import track
-
-        turns = track(turns, description="policy search", total=generations)
     with one_blas_thread():
         candidates = Candidates(model, base, todo, memory or MEMORY, authority, period)
         options = {"popsize": population, "seed": seed + 1, "verbose": -9}
         path = _Path(candidates, wanted, spread, options)
-        try:
-            for turn in turns:
-                path.advance(judge=(turn + 1) % judge_every == 0 or turn + 1 == generations)
-        except KeyboardInterrupt:
-            pass
+        path.run(generations, judge_every, progress)
     base_reaches = candidates.robust(np.zeros(candidates.dimension))
     chosen = _best(path.judged, base_reaches + gain)
     about = {
@@ -186,7 +177,20 @@ class _Path:
         self.judged = [self._judge(start)]
         self._strategy = cma.CMAEvolutionStrategy(start, spread, options)
 
-    def advance(self, *, judge: bool) -> None:
+    def run(self, generations: int, judge_every: int, progress: bool) -> None:
+        """Go on by some generations; an interrupt (Ctrl-C) ends them early."""
+        turns: Iterable[int] = range(1, generations + 1)
+        if progress:
+            from rich.progress import track
+
+            turns = track(turns, description="policy search", total=generations)
+        try:
+            for turn in turns:
+                self._advance(judge=turn % judge_every == 0 or turn == generations)
+        except KeyboardInterrupt:
+            pass
+
+    def _advance(self, *, judge: bool) -> None:
         """Go on by a generation, and judge its mean if asked to."""
         weights = np.array(self._strategy.ask())
         scores = self.candidates.scores(weights)

@@ -120,13 +120,9 @@ def train(
     MissingPackageError
         If the extra ``rl`` is missing, or ``tensorboard`` where it is needed.
     """
-    given = dict(changes or {})
-    for name, value in (("n_timesteps", total_timesteps), ("seed", seed), ("device", device)):
-        if value is not None:
-            given[name] = value
-    if base is not None:
-        given["base"] = str(base) if isinstance(base, (str, PathLike)) else _BASE
-    made = recipe(algorithm, env_id, given, config)
+    given = {"n_timesteps": total_timesteps, "seed": seed, "device": device, "base": _named(base)}
+    own = {name: value for name, value in given.items() if value is not None}
+    made = recipe(algorithm, env_id, {**(changes or {}), **own}, config)
     require_rl("training")
     law = base if isinstance(base, ScheduledController) else _linear(made.base)
     folder = None
@@ -173,6 +169,13 @@ def resume(
         made = dataclasses.replace(made, n_timesteps=total_timesteps)
     law = _linear(str(folder / _BASE)) if made.base else None
     return _run(made, law, folder, True, tensorboard, progress)
+
+
+def _named(base: ScheduledController | str | PathLike[str] | None) -> str | None:
+    """Return what a recipe calls a base controller: its file, or the one that the run will write."""
+    if base is None:
+        return None
+    return str(base) if isinstance(base, (str, PathLike)) else _BASE
 
 
 def _linear(path: str | None) -> ScheduledController | None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,6 +108,11 @@ class _Objective:
         gradient += 2e2 * (excess / commanded)[:, None] * gains * self.noise * _UNITS
         return float(value), gradient.ravel()
 
+    def minimized(self, x: Array, period: float, iterations: int) -> Any:
+        """Return what SciPy finds from scaled gains, by the quasi-Newton method."""
+        options = {"maxiter": iterations}
+        return optimize.minimize(self, x, (period,), "L-BFGS-B", jac=True, options=options)
+
 
 @dataclass(frozen=True)
 class Tuned:
@@ -176,14 +182,7 @@ def tune_output_feedback(
         problem = _Problem(model, f, knots, wanted, period)
         for target in np.arange(start, highest + 1e-9, step).tolist():
             objective = problem.up_to(target)
-            found = optimize.minimize(
-                objective,
-                x,
-                args=(period,),
-                jac=True,
-                method="L-BFGS-B",
-                options={"maxiter": iterations},
-            )
+            found = objective.minimized(x, period, iterations)
             evaluations += int(found.nfev)
             if objective.rates(found.x, period)[0].max() > -wanted.decay:
                 break

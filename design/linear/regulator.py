@@ -169,8 +169,8 @@ def lqr(
     """
     w = Weights() if weights is None else weights
     system = lateral_model(model, speed=speed, period=period)
-    sizes = {name: w.displacement for name in (g.y for g in model.guided)}
-    sizes |= {name: w.yaw for name in (g.psi for g in model.guided)}
+    sizes = dict.fromkeys((g.y for g in model.guided), w.displacement)
+    sizes |= dict.fromkeys((g.psi for g in model.guided), w.yaw)
     if not sizes:
         raise ParameterError(f"{model.name} has no wheelsets, whose motion a regulator weighs")
     limits, scale = model.limits, scales(model, system)

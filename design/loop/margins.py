@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize
 
-from design.loop.sampled import ClosedLoop, SampledDynamics, closed_loop, open_loop
+from design.loop.sampled import ClosedLoop, SampledDynamics, Settled
 from railenv import checks
 from railenv.models import Model
 
@@ -260,19 +260,16 @@ def margins(
     names = list(sampled.feedback.output_labels)
     if channel is not None:
         checks.known("channel", [channel], names)
-    closed = closed_loop(
-        model, controller, speed=speed, radius=radius, cant=cant, period=period, delay=delay
-    )
+    about = sampled.settled(speed, radius, cant)
+    closed = sampled.closed(about, radius)
     if not closed.stable:
         return Margins(closed, sampled.delay, (), None, None, None, None, None, None, longest)
-    opened = open_loop(
-        model, controller, speed=speed, radius=radius, cant=cant, period=period, delay=delay
-    )
+    opened = sampled.loop(*about)
     omega = frequencies(opened)
     chosen = names if channel is None else [channel]
     channels = tuple(_channel(opened, name, omega) for name in chosen)
     disk = _disk(opened, omega)
-    limit = _delay_margin(sampled, closed, longest)
+    limit = _delay_margin(sampled, about, longest)
     return Margins(closed, sampled.delay, channels, *disk, *limit, longest)
 
 
@@ -371,15 +368,13 @@ def _disk(loop: control.StateSpace, omega: Array) -> tuple[float, float, float, 
 
 
 def _delay_margin(
-    sampled: SampledDynamics, closed: ClosedLoop, longest: float
+    sampled: SampledDynamics, about: Settled, longest: float
 ) -> tuple[float | None, float | None]:
     """Return the additional delay (s) at which stability is lost, and the frequency (Hz) there."""
-    conditions = (closed.speed, checks.curvature(closed.radius), closed.cant)
-    about = sampled.equilibrium(closed.state, *conditions)  # no delay moves it
 
     def multipliers(extra: float) -> Complex:
         late = SampledDynamics(sampled.model, sampled.feedback, delay=sampled.delay + extra)
-        return np.linalg.eigvals(late.matrix(*about, conditions)).astype(complex)
+        return np.linalg.eigvals(late.matrix(*about)).astype(complex)  # no delay moves it
 
     def excess(extra: float) -> float:
         return float(np.abs(multipliers(extra)).max()) - 1.0

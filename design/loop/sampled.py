@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import control
 import numpy as np
@@ -158,11 +158,8 @@ def closed_loop(
     EquilibriumError
         If there is no running equilibrium, or none under the controller.
     """
-    loop = SampledDynamics(model, controller, period=period, delay=delay)
-    found = find_equilibrium(model, speed=speed, radius=radius, cant=cant)
-    state, commands, jacobian = loop.equilibrium(found.state, speed, checks.curvature(radius), cant)
-    system = loop.system(state, commands, jacobian, (speed, checks.curvature(radius), cant))
-    return ClosedLoop(model.name, float(speed), float(radius), cant, state, commands, system)
+    dynamics = SampledDynamics(model, controller, period=period, delay=delay)
+    return dynamics.closed(dynamics.settled(speed, radius, cant), radius)
 
 
 def open_loop(
@@ -187,9 +184,25 @@ def open_loop(
         reads are those that it gave itself.
     """
     dynamics = SampledDynamics(model, controller, period=period, delay=delay)
-    conditions = (float(speed), checks.curvature(radius), checks.cant(cant))
-    found = find_equilibrium(model, speed=speed, radius=radius, cant=cant)
-    return dynamics.loop(*dynamics.equilibrium(found.state, *conditions), conditions)
+    return dynamics.loop(*dynamics.settled(speed, radius, cant))
+
+
+class Settled(NamedTuple):
+    """An equilibrium under a controller.
+
+    Attributes
+    ----------
+    state, commands : ndarray
+    jacobian : ndarray
+        The model's full Jacobian there.
+    conditions : (float, float, float)
+        Speed (m/s), curvature (1/m), cant (rad).
+    """
+
+    state: Array
+    commands: Array
+    jacobian: Array
+    conditions: tuple[float, float, float]
 
 
 class SampledDynamics:
@@ -251,6 +264,28 @@ class SampledDynamics:
             if name in CONDITIONS:
                 values[row] = known[CONDITIONS.index(name)]
         return values
+
+    def settled(self, speed: float, radius: float, cant: float) -> Settled:
+        """Return the common equilibrium of vehicle and controller at a speed on a curve.
+
+        Parameters and errors are those of :func:`closed_loop`.
+        """
+        found = find_equilibrium(self.model, speed=speed, radius=radius, cant=cant)
+        conditions = (float(speed), checks.curvature(radius), checks.cant(cant))
+        return Settled(*self.equilibrium(found.state, *conditions), conditions)
+
+    def closed(self, about: Settled, radius: float) -> ClosedLoop:
+        """Return the closed loop about an equilibrium on a curve of some radius (m)."""
+        speed, _, cant = about.conditions
+        return ClosedLoop(
+            self.model.name,
+            speed,
+            float(radius),
+            cant,
+            about.state,
+            about.commands,
+            self.system(*about),
+        )
 
     def equilibrium(
         self, state: Array, speed: float, curvature: float, cant: float

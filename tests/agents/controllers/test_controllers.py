@@ -248,7 +248,7 @@ def test_no_pickle_in_a_file_is_ever_loaded(tmp_path):
         (lambda m: agents.YawRateFeedback.design(m, gain=1.0, washout=-1.0), "washout is -1"),
         (lambda m: agents.OutputFeedback.design(m, speeds=[90.0], gains=[1.0]), "gains has shape"),
         (lambda m: agents.Filters(washout=0.0), "corner frequency washout is 0"),
-        (lambda m: agents.Passive.design(railenv.CooperriderBogie()), "must be a Bogie"),
+        (lambda m: agents.Passive.design(railenv.HIGH_SPEED_COACH), "must be a railenv.Model"),
         (lambda m: agents.Passive.design(railenv.Equipped(m.plant, "none")), "no actuators"),
     ],
 )

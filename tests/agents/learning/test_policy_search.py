@@ -9,9 +9,9 @@ import railenv
 from agents.controllers.memory import MemorySettings
 from agents.controllers.scheduled import readings_of
 from agents.evaluation.rollout import Case
+from agents.learning.candidates import Candidates
 from agents.learning.designs import SEED
 from agents.learning.lessons import TINY, Lessons
-from agents.learning.candidates import Candidates
 from agents.learning.policy_search import _best, _Judged, search_policy
 from agents.learning.policy_start import Aim, Target, _plant, _slowest
 from agents.tuning.family import Family

@@ -236,7 +236,6 @@ def test_every_option_of_every_command_is_explained(command):
         (["locus", "--from", "1"], "--from needs --parameter"),
         (["locus", "--parameter", "conicity"], "needs --from, --to and --speed"),
         (["locus", "--delay", "0.01"], "--delay needs a controller"),
-        (["margins", "-s", "60", "--yaw-rate-gain", "1", "-m", "cooperrider"], "needs a bogie"),
         (["margins", "-s", "60"], "margins need a controller"),
         (["margins", "-s", "60", "--controller", "magic"], "neither a file nor shipped"),
         (["margins", "-s", "60", "--controller", "lqg", "--period", "0.01"], "has its own"),
