@@ -80,7 +80,7 @@ def _steps(model: railenv.Model, state: Array) -> Iterator[Row]:
 
     def scalar() -> None:
         w[: len(start)] = start
-        kernels.rk4_hold(w, tables, STEP, SCALAR_STEPS)
+        kernels.rk4_hold(w, t, STEP, SCALAR_STEPS)
 
     def plain() -> None:
         plain_rk4(model, start, 1)

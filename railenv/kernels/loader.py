@@ -45,8 +45,9 @@ from numba.extending import intrinsic
 from railenv.kernels.cache import checked
 
 _options = dict(error_model="numpy", fastmath=False, boundscheck=False)
+# short kernels keep the GIL: beside a busy thread of Python, getting it back takes up to 5 ms
 jit = checked(numba.njit(**_options))
-shared_jit = checked(numba.njit(nogil=True, **_options))
+nogil_jit = checked(numba.njit(nogil=True, **_options))
 inline = numba.njit(forceinline=True, **_options)
 real = np.{dtype}
 ROUNDER = real({rounder!r})
