@@ -23,10 +23,10 @@ from PIL import Image
 import design
 import railenv
 from railenv.envs.environment import BogieEnv, DualWheelsetEnv, HuntingEnv
-from railenv.envs.episodes import PINNABLE
+from railenv.envs.episodes import RUNNING
 from railenv.envs.fleet import BOUND, REASONS
 from railenv.envs.observation import Reading
-from railenv.envs.settings import RewardWeights, Settings
+from railenv.envs.settings import RANDOMIZABLE, RewardWeights, Settings
 from railenv.vehicles import describe
 
 FOLDER = Path(__file__).resolve().parent / "environments"
@@ -298,8 +298,8 @@ def _weights() -> str:
 
 
 def _pins(settings: Settings) -> str:
-    assert set(_PINS) == set(PINNABLE), "the pins of the page are not those of the code"
-    rows = [(f"`{name}`", _PINS[name][0], _PINS[name][1].format(settings)) for name in PINNABLE]
+    assert set(_PINS) == {*RUNNING, *RANDOMIZABLE}, "the pins of the page are not those of the code"
+    rows = [(f"`{name}`", _PINS[name][0], _PINS[name][1].format(settings)) for name in (*RUNNING, *RANDOMIZABLE)]
     return table(("option", "unit", "drawn from"), rows)
 
 

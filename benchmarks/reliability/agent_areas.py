@@ -22,8 +22,8 @@ from agents.learning import recipe as recipes
 from benchmarks.reliability import values
 from benchmarks.reliability.fuzz import Area
 from benchmarks.reliability.values import ANYTHING, number, rarely
-from railenv.envs.episodes import PINNABLE
-from railenv.envs.settings import RewardWeights, Settings
+from railenv.envs.episodes import RUNNING
+from railenv.envs.settings import RANDOMIZABLE, RewardWeights, Settings
 
 _FOLDER = Path(tempfile.mkdtemp(prefix="railenv-fuzz-"))
 IDS = ("railenv/Bogie-v0", "railenv/DualWheelset-v0")
@@ -38,6 +38,7 @@ def _pairs(low: float, high: float) -> st.SearchStrategy[Any]:
 
 _SETTINGS: dict[str, st.SearchStrategy[Any]] = {
     "vehicle": rarely(values.vehicles(), ANYTHING),
+    "model": ANYTHING,
     "actuator": rarely(st.sampled_from(["secondary", "primary", "none"]), ANYTHING),
     "observation": rarely(st.sampled_from(["state", "sensors"]), ANYTHING),
     "history": rarely(st.integers(0, 3), ANYTHING),
@@ -80,7 +81,7 @@ _OPTIONS: dict[str, st.SearchStrategy[Any]] = {
     "offset": number(-0.02, 0.02),
     "mass": ANYTHING,
 }
-assert set(_OPTIONS) == {*PINNABLE, "mass"}
+assert set(_OPTIONS) == {*RUNNING, *RANDOMIZABLE, "mass"}
 assert set(_SETTINGS) >= {f.name for f in dataclasses.fields(Settings)} - {"plant"}
 
 

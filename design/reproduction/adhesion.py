@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from types import SimpleNamespace
 
 from design.reproduction.cases import Case
-from railenv.equations.loads import bogie_frame_load, bogie_wheelset_load, dual_wheelset_load
 
 
 def adhesion_limit(case: Case, radius: float, cant: float) -> float:
@@ -15,10 +13,10 @@ def adhesion_limit(case: Case, radius: float, cant: float) -> float:
     V = sqrt(R (mu N / m + g cant)), with the vertical load N and the mass m that is pushed sideways
     summed over all bodies of the model. Beyond it no creep force holds a wheelset on the tread.
     """
-    p = SimpleNamespace(**case.model.parameters)
-    if case.kind == "bogie":
-        carried = [bogie_wheelset_load(p), bogie_wheelset_load(p), bogie_frame_load(p)]
-    else:
-        carried = [dual_wheelset_load(p), dual_wheelset_load(p)]
-    ratio = sum(c.vertical for c in carried) / sum(c.lateral for c in carried)
-    return math.sqrt(radius * p.gravity * (p.friction * ratio + cant))
+    assembly = case.model.assembly
+    vehicle = assembly.with_numbers(assembly.values)
+    carrying = [body for body in vehicle.bodies if vehicle.coordinates[body.name]]
+    vertical = sum(body.vertical_load_mass for body in carrying)
+    lateral = sum(body.lateral_load_mass for body in carrying)
+    friction = vehicle.wheelsets[0].friction
+    return math.sqrt(radius * vehicle.gravity * (friction * vertical / lateral + cant))
