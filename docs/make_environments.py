@@ -299,7 +299,10 @@ def _weights() -> str:
 
 def _pins(settings: Settings) -> str:
     assert set(_PINS) == {*RUNNING, *RANDOMIZABLE}, "the pins of the page are not those of the code"
-    rows = [(f"`{name}`", _PINS[name][0], _PINS[name][1].format(settings)) for name in (*RUNNING, *RANDOMIZABLE)]
+    rows = [
+        (f"`{name}`", _PINS[name][0], _PINS[name][1].format(settings))
+        for name in (*RUNNING, *RANDOMIZABLE)
+    ]
     return table(("option", "unit", "drawn from"), rows)
 
 

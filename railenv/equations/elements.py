@@ -166,18 +166,20 @@ def _sides(e: Scalar) -> tuple[int, ...]:
     return (+1, -1) if e.pair else (0,)
 
 
+def stretch(side: Scalar, e: Scalar, r: Relative) -> tuple[Scalar, Scalar]:
+    """Stretch (m) and its rate (m/s) along the element's axis, at ``side * e.y`` from the middle."""
+    arm = side * e.y
+    along = {
+        "x": (r.x - arm * r.yaw, r.dx - arm * r.dyaw),
+        "y": (r.y, r.dy),
+        "z": (r.z + arm * r.roll, r.dz + arm * r.droll),
+    }
+    return along[e.axis]
+
+
 def _stretch(e: Scalar, r: Relative) -> list[tuple[Scalar, Scalar]]:
-    """Stretch (m) and its rate (m/s) along the element's axis, on each side of a pair."""
-    found = []
-    for side in _sides(e):
-        arm = side * e.y
-        along = {
-            "x": (r.x - arm * r.yaw, r.dx - arm * r.dyaw),
-            "y": (r.y, r.dy),
-            "z": (r.z + arm * r.roll, r.dz + arm * r.droll),
-        }
-        found.append(along[e.axis])
-    return found
+    """Stretch and its rate on each side of a pair."""
+    return [stretch(side, e, r) for side in _sides(e)]
 
 
 def _along(e: Scalar, forces: Sequence[Scalar]) -> Wrench:

@@ -115,7 +115,10 @@ class Equipment:
     def signal_names(self) -> tuple[str, ...]:
         """Names of the signals of :meth:`signals`."""
         forces = [
-            f"{force}_{side}_{w}" for w in self.wheelsets for side in ("left", "right") for force in "YQ"
+            f"{force}_{side}_{w}"
+            for w in self.wheelsets
+            for side in ("left", "right")
+            for force in "YQ"
         ]
         return (*(f"force_{body}" for body in self.sensed), *forces)
 

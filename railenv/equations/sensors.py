@@ -16,9 +16,7 @@ class SensorState(NamedTuple):
     gyro: Scalar
 
 
-def specific_force(
-    lateral_acceleration: Scalar, body: Motion, run: Running, gravity: Scalar
-) -> Scalar:
+def specific_force(lateral_acceleration: Scalar, body: Motion, run: Running, gravity: Scalar) -> Scalar:
     """Return the reading (m/s^2) of an ideal lateral accelerometer fixed to a rolling body."""
     uncompensated = run.speed * run.speed * run.curvature - gravity * run.cant
     return lateral_acceleration - uncompensated + gravity * body.phi
