@@ -133,7 +133,7 @@ def damper(e: Scalar, r: Relative, q: Sequence[Scalar], u: Sequence[Scalar]) -> 
 def series_damper(e: Scalar, r: Relative, q: Sequence[Scalar], u: Sequence[Scalar]) -> Action:
     """Damper on a rubber end (Maxwell): its state is the damper's own stretch (m).
 
-    The rubber carries ``k (stretch of both - state)``; the damper moves as fast as that force drives it:
+    The rubber carries ``k (stretch of both - state)``; the damper moves as fast as that drives it:
     by its constant, or by its table, which is read the other way round: speed over force.
     """
     forces = [e.k * (both - own) for (both, _), own in zip(_stretch(e, r), q, strict=True)]
@@ -207,7 +207,7 @@ def yaw_damper_force(v: Scalar, e: Scalar) -> Scalar:
 
 
 def yaw_damper(e: Scalar, r: Relative, q: Sequence[Scalar], u: Sequence[Scalar]) -> Action:
-    """The paper's yaw damper (eq 8): its force at the arm ``e.y`` resists A's yaw rate."""
+    """Yaw damper of the paper (eq 8): its force at the arm ``e.y`` resists A's yaw rate."""
     return Wrench(yaw=-e.y * yaw_damper_force(-e.y * r.dyaw, e)), []
 
 
@@ -215,10 +215,10 @@ def yaw_damper(e: Scalar, r: Relative, q: Sequence[Scalar], u: Sequence[Scalar])
 
 
 def yaw_moment(e: Scalar, r: Relative, q: Sequence[Scalar], u: Sequence[Scalar]) -> Action:
-    """A moment (N m) about z that an input gives: on A, and its reaction on B."""
+    """Moment (N m) about z that an input gives: on A, and its reaction on B."""
     return Wrench(yaw=u[0]), []
 
 
 def lateral_force(e: Scalar, r: Relative, q: Sequence[Scalar], u: Sequence[Scalar]) -> Action:
-    """A force (N) along y that an input gives: on A, and its reaction on B."""
+    """Force (N) along y that an input gives: on A, and its reaction on B."""
     return Wrench(force_y=u[0]), []
