@@ -75,15 +75,17 @@ def relative(
 
     Each body's coordinates are measured from the track at its own place. On a curve the track of B is
     turned by ``-curvature * between`` against that of A, where ``between`` (m) is how far B lies ahead,
-    and displaced by what a circle departs from its tangent.
+    and displaced by what a circle departs from its tangent; the turn moves what is off the middle.
     """
     here_a, rate_a = point(*a)
     here_b, rate_b = point(*b)
     place = [q - p for p, q in zip(here_a, here_b, strict=True)]
     rates = [q - p for p, q in zip(rate_a, rate_b, strict=True)]
     x_a, x_b = a[0].x, b[0].x
+    turn = curvature * between
+    place[0] = place[0] + turn * b[0].y
     place[1] = place[1] + curvature * (x_b * x_b - x_a * x_a) / 2
-    place[5] = place[5] - curvature * between
+    place[5] = place[5] - turn
     return Relative(*place, *rates)
 
 

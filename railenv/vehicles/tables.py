@@ -49,9 +49,7 @@ class Table:
     points: tuple[tuple[float, ...], tuple[float, ...]]
 
     @classmethod
-    def through(
-        cls, x: ArrayLike, y: ArrayLike, *, odd: bool = False, name: str = "table"
-    ) -> Self:
+    def through(cls, x: ArrayLike, y: ArrayLike, *, odd: bool = False, name: str = "table") -> Self:
         """Return a table through points, monotone where they are (Fritsch and Carlson).
 
         Parameters
@@ -91,11 +89,15 @@ class Table:
         cells = max(_FEWEST_CELLS, wanted)
         grid = np.linspace(px[0], px[-1], cells + cells % 2 + 1)  # 0 is on the grid of an odd one
         curve = PchipInterpolator(px, py)
-        return cls(grid, _hermite(grid, curve(grid), curve.derivative()(grid)), kept)
+        values, slopes = curve(grid), curve.derivative()(grid)
+        steps = np.diff(py)
+        if (steps >= 0.0).all() or (steps <= 0.0).all():
+            slopes = _monotone(grid, values, slopes)
+        return cls(grid, _hermite(grid, values, slopes), kept)
 
     @classmethod
     def spline(cls, x: ArrayLike, y: ArrayLike, *, name: str = "table") -> Self:
-        """Return the cubic spline (twice continuously differentiable) through samples on a uniform grid.
+        """Return the cubic spline (twice differentiable) through samples on a uniform grid.
 
         Raises
         ------
@@ -112,7 +114,7 @@ class Table:
         return cls(px, _hermite(px, py, slopes), (tuple(px.tolist()), tuple(py.tolist())))
 
     def __call__(self, x: Any, order: int = 0) -> Any:
-        """Return value or derivative at a float or a complex number (whose real part chooses the cell)."""
+        """Return value or derivative at a float or a complex number (its real part counts)."""
         low, high = self.x[0], self.x[-1]
         real = x.real if isinstance(x, complex) else x
         inside = bool(low <= real <= high)
@@ -184,6 +186,13 @@ def _points(name: str, x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
     if not (np.diff(px) > 0.0).all():
         raise ParameterError(f"x of {name} is {px.tolist()}; it must rise from point to point")
     return px, py
+
+
+def _monotone(x: Array, y: Array, slopes: Array) -> Array:
+    """Return slopes with which no cubic turns back, not even in a cell that holds a knee."""
+    steepest = 3.0 * np.abs(np.diff(y) / np.diff(x))
+    limits = np.minimum(np.append(steepest, np.inf), np.insert(steepest, 0, np.inf))
+    return np.sign(slopes) * np.minimum(np.abs(slopes), limits)
 
 
 def _hermite(x: Array, y: Array, slopes: Array) -> Array:

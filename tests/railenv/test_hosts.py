@@ -229,7 +229,9 @@ def test_user_without_a_home_computes_and_leaves_nothing_behind(tmp_path):
     done = python(NOBODY + SMALL, tmp_path, {"TMPDIR": str(tmp_path)})
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == "[2.]"
-    assert "RuntimeWarning: compiled kernels cannot be kept in the user's cache directory" in done.stderr
+    assert (
+        "RuntimeWarning: compiled kernels cannot be kept in the user's cache directory" in done.stderr
+    )
     assert "Set RAILENV_CACHE_DIR" in done.stderr
     assert left_in(tmp_path) == []
 

@@ -17,7 +17,6 @@ from tests.railenv.oracle.suspension import SuspensionForce, primary, primary_re
 from tests.railenv.oracle.wheelset import accelerations
 
 
-
 def bogie(
     x: Sequence[Scalar],
     u: Sequence[Scalar],

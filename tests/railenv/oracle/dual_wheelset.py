@@ -12,7 +12,6 @@ from tests.railenv.oracle.suspension import primary
 from tests.railenv.oracle.wheelset import accelerations
 
 
-
 def dual_wheelset(
     x: Sequence[Scalar],
     u: Sequence[Scalar],

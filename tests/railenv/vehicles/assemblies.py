@@ -87,9 +87,7 @@ def everything(seed):
         spring(rng, "secondary", secondary, **place),
         spring(rng, "buffer", ("c", "ground"), z=1.0),
         Damper(name="vertical", between=secondary, axis="z", pair=True, y=1.1, c=2e4, **place),
-        Damper(
-            name="lateral", between=secondary, y=0.3, force=table(rng, speed, force), x=0.2, z=0.8
-        ),
+        Damper(name="lateral", between=secondary, y=0.3, force=table(rng, speed, force), x=0.2, z=0.8),
         SeriesDamper(name="yaw", between=secondary, pair=True, y=1.35, k=8e6, c=2e5, z=0.4),
         SeriesDamper(
             name="across", between=secondary, axis="y", k=5e6, force=table(rng, speed, force), **place
