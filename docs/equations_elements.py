@@ -104,7 +104,7 @@ _ALONG = {SEEN.y: sympy.Symbol("e"), SEEN.dy: sympy.Symbol(r"\dot e")}
 
 
 def _laws() -> list[str]:
-    """What each element gives, and the rate of its own state, as a table."""
+    """Return what each element gives, and the rate of its own state, as a table."""
     table, inverse = sympy.Symbol("T"), sympy.Symbol("T^{-1}")
     friction = _law(elements.friction, force=sympy.Symbol("F_{f}"), width=sympy.Symbol(r"w_{f}"))[
         0

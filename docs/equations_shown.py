@@ -48,7 +48,7 @@ def _module(function: Callable[..., Any]) -> str:
 
 
 def rows(lefts: str, expressions: Sequence[sympy.Expr], names: Names | None = None) -> list[str]:
-    """Return one equation for each expression; ``lefts`` has their left-hand sides, parted by `` ; ``."""
+    """Return one equation for each expression; ``lefts`` has the left-hand sides, parted by `` ; ``."""
     right = [_of_a_side(tidy(expression)) for expression in named(expressions, names or {})]
     return [equation(a.strip(), b) for a, b in zip(lefts.split(" ; "), right, strict=True)]
 

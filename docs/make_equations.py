@@ -1,8 +1,8 @@
 """Write the equations of docs/physics.md from the code: ``python docs/make_equations.py``.
 
 The functions of :mod:`railenv.equations` are run on symbols, and what they return is printed in the
-order in which it is written there. What stands on the page for the paper's bogie comes from its assembly,
-element by element. A result that another equation uses appears there under its name. The text around
+order in which it is written there. What stands on the page for the paper's bogie comes from its
+assembly, element by element. A result that another equation uses appears there under its name. The text around
 the equations is edited in the page itself.
 """
 

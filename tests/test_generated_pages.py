@@ -193,10 +193,19 @@ def test_tables_of_reliability_are_those_measured_and_nothing_failed():
     assert min(row["simulated"] for row in rows if row["part"] == "soak") >= 3600.0
 
 
-def test_diagram_is_generated_and_its_stations_exist():
-    assert make_diagram.picture() == text("pictures/data-flow.svg")
+@pytest.mark.parametrize("name", make_diagram.DRAWN)
+def test_diagrams_are_generated(name):
+    assert make_diagram.DRAWN[name]() == text(f"pictures/{name}")
+    assert f"pictures/{name}" in text("architecture.md")
+
+
+def test_stations_and_rooms_of_the_diagrams_exist():
     for box in make_diagram.BOXES.values():
         assert (ROOT / box.path).exists(), box.path
+    for wing, floors in make_diagram.WINGS.items():
+        for room, _ in (room for floor in floors for room in floor):
+            path = ROOT / wing / room
+            assert path.is_dir() or path.with_suffix(".py").exists(), path
 
 
 def test_blocks_of_a_page_and_their_makers_must_agree():
