@@ -2,8 +2,8 @@
 
 The functions of :mod:`railenv.equations` are run on symbols, and what they return is printed in the
 order in which it is written there. What stands on the page for the paper's bogie comes from its
-assembly, element by element. A result that another equation uses appears there under its name. The text around
-the equations is edited in the page itself.
+assembly, element by element. A result that another equation uses appears there under its name. The
+text around the equations is edited in the page itself.
 """
 
 from __future__ import annotations
