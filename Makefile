@@ -10,7 +10,7 @@ COMMIT ?= HEAD
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo report test lint controllers kernels docs site reliability bench bench-against clean
+.PHONY: help demo report test lint controllers docs site reliability bench bench-against clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-13s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -50,9 +50,6 @@ docs: $(DEVELOPED) ## regenerate the pages that are made from code and measureme
 site: $(DEVELOPED) ## build the documentation as a site in site/
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs site
 	@echo "open site/index.html"
-
-kernels: $(DEVELOPED) ## regenerate railenv/kernels from railenv/equations
-	$(BIN)/python -m railenv.kernels.generate
 
 controllers: $(DEVELOPED) ## design, tune and learn the shipped controllers again (minutes)
 	for kind in $(CONTROLLERS); do $(BIN)/railenv tune $$kind --out agents/controllers/data/$$kind.npz; done

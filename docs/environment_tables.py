@@ -12,7 +12,7 @@ from environment_cases import Case
 
 import railenv
 from railenv.envs.environment import HuntingEnv
-from railenv.envs.episodes import PINNABLE
+from railenv.envs.episodes import RUNNING
 from railenv.envs.fleet import BOUND
 from railenv.envs.observation import Reading
 from railenv.envs.settings import RewardWeights, Settings
@@ -213,8 +213,9 @@ def weights() -> str:
 
 def pins(settings: Settings) -> str:
     """List what a reset may pin, and where it is drawn from otherwise."""
-    assert set(_PINS) == set(PINNABLE), "the pins of the page are not those of the code"
-    rows = [(f"`{name}`", _PINS[name][0], _PINS[name][1].format(settings)) for name in PINNABLE]
+    names = (*RUNNING, *settings.variable)
+    assert set(_PINS) == set(names), "the pins of the page are not those of the code"
+    rows = [(f"`{name}`", _PINS[name][0], _PINS[name][1].format(settings)) for name in names]
     return table(("option", "unit", "drawn from"), rows)
 
 

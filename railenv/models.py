@@ -146,7 +146,7 @@ class Assembled(Model):
     ) -> list[tuple[Wheel, Wheel]]:
         """Return loads and linear creep forces of the left and right wheel of each wheelset.
 
-        Parameters are those of :meth:`rhs`.
+        Parameters are those of ``rhs``.
         """
         self.check_conditions(speed, curvature, cant)
         state = checks.vector("x", x, self.state_names).tolist()

@@ -107,10 +107,10 @@ def test_wheel_has_the_packages_and_nothing_else(sdist, wheel):
     assert {f"agents/controllers/data/{name}.npz" for name in agents.shipped_names()} < data
     assert {f"agents/learning/hyperparams/{name}.yml" for name in ("ppo", "sac", "td3")} < data
     assert "design/reproduction/templates/page.html" in data
-    assert {f"railenv/kernels/texts/{name}.pyk" for name in ("integrators", "environment")} < data
-    assert "railenv/kernels/bogie.py" in own
+    assert {f"railenv/vehicles/{name}.toml" for name in ("bogie", "dual_wheelset")} < data
+    assert {f"railenv/kernels/texts/{name}.pyk" for name in ("environment", "integrators")} < data
     kinds = {Path(name).suffix for name in own}
-    assert kinds == {".py", ".pyk", ".typed", ".npz", ".yml", ".html", ".css"}
+    assert kinds == {".py", ".pyk", ".toml", ".typed", ".npz", ".yml", ".html", ".css"}
 
 
 def test_wheel_says_what_it_is(wheel):

@@ -75,15 +75,17 @@ def relative(
 
     Each body's coordinates are measured from the track at its own place. On a curve the track of B is
     turned by ``-curvature * between`` against that of A, where ``between`` (m) is how far B lies ahead,
-    and displaced by what a circle departs from its tangent.
+    and displaced by what a circle departs from its tangent; the turn moves what is off the middle.
     """
     here_a, rate_a = point(*a)
     here_b, rate_b = point(*b)
     place = [q - p for p, q in zip(here_a, here_b, strict=True)]
     rates = [q - p for p, q in zip(rate_a, rate_b, strict=True)]
     x_a, x_b = a[0].x, b[0].x
+    turn = curvature * between
+    place[0] = place[0] + turn * b[0].y
     place[1] = place[1] + curvature * (x_b * x_b - x_a * x_a) / 2
-    place[5] = place[5] - curvature * between
+    place[5] = place[5] - turn
     return Relative(*place, *rates)
 
 
@@ -166,18 +168,20 @@ def _sides(e: Scalar) -> tuple[int, ...]:
     return (+1, -1) if e.pair else (0,)
 
 
+def stretch(side: Scalar, e: Scalar, r: Relative) -> tuple[Scalar, Scalar]:
+    """Stretch (m) and its rate (m/s) along the element's axis, at ``side * e.y`` from the middle."""
+    arm = side * e.y
+    along = {
+        "x": (r.x - arm * r.yaw, r.dx - arm * r.dyaw),
+        "y": (r.y, r.dy),
+        "z": (r.z + arm * r.roll, r.dz + arm * r.droll),
+    }
+    return along[e.axis]
+
+
 def _stretch(e: Scalar, r: Relative) -> list[tuple[Scalar, Scalar]]:
-    """Stretch (m) and its rate (m/s) along the element's axis, on each side of a pair."""
-    found = []
-    for side in _sides(e):
-        arm = side * e.y
-        along = {
-            "x": (r.x - arm * r.yaw, r.dx - arm * r.dyaw),
-            "y": (r.y, r.dy),
-            "z": (r.z + arm * r.roll, r.dz + arm * r.droll),
-        }
-        found.append(along[e.axis])
-    return found
+    """Stretch and its rate on each side of a pair."""
+    return [stretch(side, e, r) for side in _sides(e)]
 
 
 def _along(e: Scalar, forces: Sequence[Scalar]) -> Wrench:
@@ -205,7 +209,7 @@ def yaw_damper_force(v: Scalar, e: Scalar) -> Scalar:
 
 
 def yaw_damper(e: Scalar, r: Relative, q: Sequence[Scalar], u: Sequence[Scalar]) -> Action:
-    """The paper's yaw damper (eq 8): its force at the arm ``e.y`` resists A's yaw rate."""
+    """Yaw damper of the paper (eq 8): its force at the arm ``e.y`` resists A's yaw rate."""
     return Wrench(yaw=-e.y * yaw_damper_force(-e.y * r.dyaw, e)), []
 
 
@@ -213,10 +217,10 @@ def yaw_damper(e: Scalar, r: Relative, q: Sequence[Scalar], u: Sequence[Scalar])
 
 
 def yaw_moment(e: Scalar, r: Relative, q: Sequence[Scalar], u: Sequence[Scalar]) -> Action:
-    """A moment (N m) about z that an input gives: on A, and its reaction on B."""
+    """Moment (N m) about z that an input gives: on A, and its reaction on B."""
     return Wrench(yaw=u[0]), []
 
 
 def lateral_force(e: Scalar, r: Relative, q: Sequence[Scalar], u: Sequence[Scalar]) -> Action:
-    """A force (N) along y that an input gives: on A, and its reaction on B."""
+    """Force (N) along y that an input gives: on A, and its reaction on B."""
     return Wrench(force_y=u[0]), []

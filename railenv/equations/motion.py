@@ -99,7 +99,7 @@ def seen_by(
     arms = [Arm(x - body.x, y, e.z - body.z) for body in held]
     a, b = ((arm, moving.get(name, AT_REST)) for arm, name in zip(arms, e.between, strict=True))
     curvature = vehicle.wheelbase_curving * run.curvature
-    return *arms, relative(a, b, held[1].x - held[0].x, curvature)
+    return arms[0], arms[1], relative(a, b, held[1].x - held[0].x, curvature)
 
 
 def _rails(vehicle: Any, u: Sequence[Scalar]) -> list[Rail]:

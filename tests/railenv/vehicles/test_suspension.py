@@ -7,8 +7,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 import railenv
-from railenv.equations.coordinates import AT_REST, Motion, Running
-from railenv.equations.suspension import primary, primary_reaction, secondary, yaw_damper_force
+from railenv.equations.coordinates import AT_REST, Running, Wrench, motions, total
+from railenv.equations.elements import Relative, at_centre, opposite, yaw_damper, yaw_damper_force
+from railenv.equations.motion import seen_by
+from tests.railenv.vehicles.assemblies import everything, numbers
 
 VEHICLES = [railenv.TABLE_1, railenv.HIGH_SPEED_COACH]
 TANGENT = Running(50.0, 0.0, 0.0)
@@ -18,39 +20,53 @@ STEP = 1e-30  # of complex-step derivatives, which do not cancel
 vehicles = pytest.mark.parametrize("vehicle", VEHICLES, ids=lambda v: v.name)
 
 
-def motions(q, dq):
-    return [Motion(*q[i : i + 4], *dq[i : i + 4]) for i in range(0, DOF, 4)]
+def element_forces(assembly, chosen, q, dq, run=TANGENT):
+    """Generalised forces on the coordinates of an assembly from those elements that are chosen."""
+    moving = motions([*q, *dq], assembly.coordinates)
+    acting = {body.name: [Wrench()] for body in assembly.bodies}
+    for e in filter(chosen, assembly.elements):
+        arm_a, arm_b, seen = seen_by(assembly, e, moving, run)
+        on_a, _ = e.law(e, seen, [0.0] * e.n_states, [0.0])
+        for name, arm, wrench in zip(e.between, (arm_a, arm_b), (on_a, opposite(on_a)), strict=True):
+            if name != "ground":
+                acting[name].append(at_centre(arm, wrench))
+    fields = dict(zip(("y", "z", "phi", "theta", "psi"), Wrench._fields[1:], strict=True))
+    sums = {name: total(wrenches) for name, wrenches in acting.items()}
+    own = assembly.coordinates
+    return np.array([getattr(sums[name], fields[c]) for name in own for c in own[name]])
+
+
+def between_bodies(e):
+    return "ground" not in e.between and not e.n_inputs
 
 
 def primary_forces(q, dq, p, run=TANGENT):
     """Generalised primary suspension forces on the 12 coordinates of the bogie."""
-    leading, trailing, frame = motions(q, dq)
-    on_wheelsets = [primary(s, w, frame, run, p) for s, w in ((+1, leading), (-1, trailing))]
-    reactions = [primary_reaction(s, f, p) for s, f in zip((+1, -1), on_wheelsets, strict=True)]
-    on_frame = [sum(parts) for parts in zip(*reactions, strict=True)]
-    return np.array([*on_wheelsets[0], *on_wheelsets[1], *on_frame])
+    return element_forces(p.assembly, between_bodies, q, dq, run)
 
 
 def all_forces(q, dq, p, run=TANGENT):
     """Primary and secondary suspension forces together."""
-    forces = primary_forces(q, dq, p, run)
-    forces[8:] += secondary(motions(q, dq)[2], p)
-    return forces
+    return element_forces(p.assembly, lambda e: not e.n_inputs, q, dq, run)
 
 
 def matrices(forces, p):
     """Stiffness and damping matrix about rest, by complex step."""
-    zero = [0.0] * DOF
-    K, C = np.empty((DOF, DOF)), np.empty((DOF, DOF))
-    for j in range(DOF):
-        unit = [complex(0.0, STEP * (i == j)) for i in range(DOF)]
+    n = sum(map(len, p.assembly.coordinates.values()))
+    zero = [0.0] * n
+    K, C = np.empty((n, n)), np.empty((n, n))
+    for j in range(n):
+        unit = [complex(0.0, STEP * (i == j)) for i in range(n)]
         K[:, j] = [-complex(f).imag / STEP for f in forces(unit, zero, p)]
         C[:, j] = [-complex(f).imag / STEP for f in forces(zero, unit, p)]
     return K, C
 
 
-def numbers(vehicle):
-    return SimpleNamespace(**vehicle.parameters())
+def numbers_of(vehicle):
+    """Parameters of a vehicle, and its bogie with them."""
+    values = vehicle.parameters()
+    assembly = railenv.Bogie(vehicle).assembly.with_numbers(values)
+    return SimpleNamespace(**values, assembly=assembly)
 
 
 def rigid_motions(p):
@@ -77,7 +93,7 @@ def random_motion(rng):
 @vehicles
 @pytest.mark.parametrize("forces", [primary_forces, all_forces])
 def test_stiffness_and_damping_matrices_are_symmetric_and_positive_semidefinite(vehicle, forces):
-    for matrix in matrices(forces, numbers(vehicle)):
+    for matrix in matrices(forces, numbers_of(vehicle)):
         size = np.abs(matrix).max()
         assert size > 1e3
         assert_allclose(matrix, matrix.T, rtol=0, atol=1e-13 * size)
@@ -99,7 +115,7 @@ def test_suspension_matrices_of_the_cooperrider_bogie_are_symmetric_and_positive
 
 @vehicles
 def test_primary_suspension_resists_exactly_the_motions_that_are_not_rigid(vehicle):
-    p = numbers(vehicle)
+    p = numbers_of(vehicle)
     K, C = matrices(primary_forces, p)
     for matrix in (K, C):
         for motion in rigid_motions(p):
@@ -110,7 +126,7 @@ def test_primary_suspension_resists_exactly_the_motions_that_are_not_rigid(vehic
 
 @vehicles
 def test_rigid_motion_with_any_rates_gives_no_primary_force(vehicle):
-    p = numbers(vehicle)
+    p = numbers_of(vehicle)
     rng = np.random.default_rng(2)
     modes = np.array(rigid_motions(p))
     for _ in range(20):
@@ -123,7 +139,7 @@ def test_rigid_motion_with_any_rates_gives_no_primary_force(vehicle):
 
 @vehicles
 def test_secondary_suspension_holds_the_frame_against_a_body_at_rest(vehicle):
-    p = numbers(vehicle)
+    p = numbers_of(vehicle)
     K, C = matrices(all_forces, p)
     Kp, Cp = matrices(primary_forces, p)
     bs2 = p.secondary_arm**2
@@ -150,7 +166,7 @@ def test_secondary_suspension_holds_the_frame_against_a_body_at_rest(vehicle):
 @vehicles
 @pytest.mark.parametrize("curving", [False, True])
 def test_primary_forces_balance_about_a_common_point(vehicle, curving):
-    p = numbers(vehicle.replace(wheelbase_curving=curving))
+    p = numbers_of(vehicle.replace(wheelbase_curving=curving))
     run = Running(50.0, 1.0 / 800.0, 0.1)
     rng = np.random.default_rng(3)
     for _ in range(50):
@@ -191,8 +207,8 @@ def test_suspension_and_primary_actuators_leave_the_momentum_of_the_whole_model_
         scale = np.abs(acted[DOF:]).max() * v.frame_mass
         assert np.abs(F_y).max() > 10.0
         assert np.abs(M_z).max() > 10.0
-        for total in (F_y, F_z, M_x - z * F_y, M_z + x * F_y):
-            assert_allclose(total.sum(), 0.0, atol=1e-12 * scale)
+        for component in (F_y, F_z, M_x - z * F_y, M_z + x * F_y):
+            assert_allclose(component.sum(), 0.0, atol=1e-12 * scale)
 
 
 # ------------------------------------------------------------------------- passivity
@@ -200,7 +216,7 @@ def test_suspension_and_primary_actuators_leave_the_momentum_of_the_whole_model_
 
 @vehicles
 def test_passive_suspension_never_gains_energy(vehicle):
-    p = numbers(vehicle)
+    p = numbers_of(vehicle)
     K, _ = matrices(all_forces, p)
     rng = np.random.default_rng(5)
     largest = -np.inf
@@ -217,7 +233,7 @@ def test_passive_suspension_never_gains_energy(vehicle):
 @vehicles
 def test_slow_motion_gains_no_energy_either(vehicle):
     # At small rates the yaw damper's linear term rules, which a wrong sign would turn into a motor.
-    p = numbers(vehicle)
+    p = numbers_of(vehicle)
     rng = np.random.default_rng(6)
     for _ in range(100):
         dq = 1e-6 * rng.uniform(-1.0, 1.0, DOF)
@@ -227,27 +243,75 @@ def test_slow_motion_gains_no_energy_either(vehicle):
 # ------------------------------------------------------------------------- yaw damper
 
 
+def papers_damper():
+    """Numbers of Table 1's yaw damper."""
+    assembly = numbers_of(railenv.TABLE_1).assembly
+    return next(e for e in assembly.elements if e.name == "damper_w1")
+
+
 @pytest.mark.parametrize(("speed", "force"), [(0.1, 4.45e3), (0.3, 9.58e3)])
 def test_yaw_damper_gives_the_papers_forces(speed, force):
-    assert yaw_damper_force(speed, numbers(railenv.TABLE_1)) == pytest.approx(force, abs=5.0)
+    assert yaw_damper_force(speed, papers_damper()) == pytest.approx(force, abs=5.0)
 
 
 def test_yaw_damper_is_odd_and_rises_monotonically():
-    p = numbers(railenv.TABLE_1)
+    e = papers_damper()
     speeds = np.linspace(0.0, 0.5, 2001)
-    forces = np.array([yaw_damper_force(v, p) for v in speeds])
+    forces = np.array([yaw_damper_force(v, e) for v in speeds])
     assert forces[0] == 0.0
     assert (np.diff(forces) > 0.0).all()
-    assert_allclose([yaw_damper_force(-v, p) for v in speeds], -forces, rtol=1e-15)
+    assert_allclose([yaw_damper_force(-v, e) for v in speeds], -forces, rtol=1e-15)
 
 
 def test_yaw_damper_resists_the_wheelsets_own_yaw_rate():
-    p = numbers(railenv.TABLE_1.replace(primary_longitudinal_damping=0.0))
-    turning = Motion(*[0.0] * 7, 0.1)
-    moment = primary(+1, turning, AT_REST, TANGENT, p).moment_yaw
-    force = yaw_damper_force(p.primary_arm * 0.1, p)
-    assert moment == pytest.approx(-p.primary_arm * force)
+    e = papers_damper()
+    turning = {"w1": AT_REST._replace(dpsi=0.1)}
+    *_, seen = seen_by(numbers_of(railenv.TABLE_1).assembly, e, turning, TANGENT)
+    assert isinstance(seen, Relative)
+    moment = yaw_damper(e, seen, [], [])[0].yaw
+    assert moment == pytest.approx(-e.y * yaw_damper_force(e.y * 0.1, e))
     assert moment < 0.0
+
+
+# ---------------------------------------------------------- vehicles with every element
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_every_element_has_a_symmetric_positive_semidefinite_stiffness_and_damping(seed):
+    p = SimpleNamespace(assembly=numbers(everything(seed)))
+    for e in p.assembly.elements:
+        if e.n_inputs:
+            continue
+
+        def forces(q, dq, p, e=e):
+            return element_forces(p.assembly, lambda other: other is e, q, dq)
+
+        K, C = matrices(forces, p)
+        assert np.abs([K, C]).max() > 1e2 or e.name in ("bump", "bounce")
+        for matrix in (K, C):
+            size = np.abs(matrix).max() or 1.0
+            assert_allclose(matrix, matrix.T, rtol=0, atol=1e-12 * size)
+            assert np.linalg.eigvalsh(matrix).min() > -1e-12 * size
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_rigid_motion_of_a_whole_vehicle_stretches_no_element(seed):
+    assembly = numbers(everything(seed))
+    rng = np.random.default_rng(seed)
+    shift, turn = rng.uniform(-1.0, 1.0, 3) * 0.01, rng.uniform(-1.0, 1.0, 3) * 0.01
+    # about x and z only: wheelsets do not pitch, and bodies have no place along the track
+    shift[0] = turn[1] = 0.0
+    q = []
+    for body in assembly.bodies:
+        y, z = (shift + np.cross(turn, [body.x, 0.0, body.z]))[1:]
+        value = {"y": y, "z": z, "phi": turn[0], "theta": 0.0, "psi": turn[2]}
+        q += [value[c] for c in assembly.coordinates[body.name]]
+    moved, still = q, [0.0] * len(q)
+    one = [0.01 * (i == 0) for i in range(len(q))]
+    scale = np.abs(element_forces(assembly, between_bodies, one, still)).max()
+    for here, rate in ((moved, still), (still, moved)):
+        found = element_forces(assembly, between_bodies, here, rate)
+        assert_allclose(found, 0.0, atol=1e-11 * scale)
 
 
 # ------------------------------------------------------------------ wheelbase on a curve
@@ -257,7 +321,7 @@ def test_yaw_damper_resists_the_wheelsets_own_yaw_rate():
 def test_rigid_bogie_on_a_curve_deflects_no_primary_spring_with_wheelbase_curving(vehicle):
     # The frame stands on the track and along it; its axles lie on a straight line, from which the
     # circle of the track turns away to the right (a positive curvature has its outer rail left).
-    p = numbers(vehicle.replace(wheelbase_curving=True))
+    p = numbers_of(vehicle.replace(wheelbase_curving=True))
     radius = 2000.0
     q = np.zeros((3, 4))
     for i, s in enumerate((+1, -1)):
@@ -274,7 +338,7 @@ def test_rigid_bogie_on_a_curve_deflects_no_primary_spring_with_wheelbase_curvin
 def test_wheelbase_curving_changes_nothing_on_tangent_track_and_is_off_in_every_preset():
     q, dq = random_motion(np.random.default_rng(7))
     on, off = (
-        primary_forces(q, dq, numbers(railenv.TABLE_1.replace(wheelbase_curving=switch)))
+        primary_forces(q, dq, numbers_of(railenv.TABLE_1.replace(wheelbase_curving=switch)))
         for switch in (True, False)
     )
     assert_allclose(on, off, rtol=0, atol=0)
