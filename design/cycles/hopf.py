@@ -19,7 +19,8 @@ from design.cycles.periodic import Setting, Shooting
 from design.stability.critical_speed import SPEED_RANGE, critical_speed
 from design.stability.loss import CriticalSpeed, HopfPoint, analyse_hopf_points_by
 from railenv import checks
-from railenv.models import Evaluator, Model
+from railenv.evaluator import Evaluator
+from railenv.models import Model
 
 Array = NDArray[np.float64]
 
