@@ -172,7 +172,7 @@ class _VehicleModel(Assembled):
     def assembly(self) -> Assembly:
         """The vehicle's parts, with its numbers."""
         own = {"name": self.vehicle.name, "provenance": self.vehicle.provenance}
-        return files.assembly_of(
+        return Assembly.described(
             files.shipped(self._name), self._name, parameters=self.vehicle.parameters(), **own
         )
 
@@ -200,7 +200,7 @@ class _VehicleModel(Assembled):
 @cache
 def _shipped_structure(name: str) -> Assembly:
     """Return one of the package's own assemblies, with some numbers."""
-    return files.assembly_of(files.shipped(name), name, parameters=TABLE_1.parameters())
+    return Assembly.described(files.shipped(name), name, parameters=TABLE_1.parameters())
 
 
 class Bogie(_VehicleModel):

@@ -195,9 +195,7 @@ def _plant(
     return plant, numbers_of(plant, settings.variable, values)
 
 
-def numbers_of(
-    plant: Model, names: Sequence[str], changes: Mapping[str, float]
-) -> dict[str, float]:
+def numbers_of(plant: Model, names: Sequence[str], changes: Mapping[str, float]) -> dict[str, float]:
     """Return numbers of a vehicle; ``creep_factor`` is what its creep coefficients were changed by."""
     given = {"creep_factor": float(changes.get("creep_factor", 1.0)), **plant.parameters}
     return {name: given[name] for name in names}

@@ -93,8 +93,8 @@ class Settings:
     irregularity_factor : (float, float)
         Range of the factor on it.
     randomize : mapping of str to (float, float)
-        Ranges from which numbers of the vehicle are drawn: ``conicity``, ``friction``, ``creep_factor``,
-        ``body_mass``, or with an assembly or a model any of its parameters.
+        Ranges from which numbers of the vehicle are drawn: ``conicity``, ``friction``,
+        ``creep_factor``, ``body_mass``, or with an assembly or a model any of its parameters.
     initial_offset : float
         m; an episode starts with all bodies moved sideways by up to this, either way.
     duration : float
@@ -211,10 +211,11 @@ class Settings:
         """
         if isinstance(self.model, Equipped):
             return self.model
-        plant = self.model
-        if plant is None and isinstance(self.vehicle, Assembly):
+        if self.model is not None:
+            plant = self.model
+        elif isinstance(self.vehicle, Assembly):
             plant = Assembled(self.vehicle)
-        elif plant is None:
+        else:
             plant = (Bogie if self.plant == "bogie" else DualWheelset)(self.vehicle)
         return Equipped(plant, self.actuator, self.actuator_model, self.sensors)
 

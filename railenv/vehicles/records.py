@@ -30,9 +30,7 @@ def quantity(
     return dataclasses.field(default=default, metadata={**metadata, "bounds": bounds})
 
 
-def positive(
-    symbol: str, unit: str, meaning: str, source: str = TABLE, **bounds: float | bool
-) -> Any:
+def positive(symbol: str, unit: str, meaning: str, source: str = TABLE, **bounds: float | bool) -> Any:
     """Return a dataclass field that holds a quantity greater than 0."""
     return quantity(symbol, unit, meaning, source, low=0.0, open_low=True, **bounds)
 

@@ -49,9 +49,7 @@ class Table:
     points: tuple[tuple[float, ...], tuple[float, ...]]
 
     @classmethod
-    def through(
-        cls, x: ArrayLike, y: ArrayLike, *, odd: bool = False, name: str = "table"
-    ) -> Self:
+    def through(cls, x: ArrayLike, y: ArrayLike, *, odd: bool = False, name: str = "table") -> Self:
         """Return a table through points, monotone where they are (Fritsch and Carlson).
 
         Parameters
@@ -95,7 +93,7 @@ class Table:
 
     @classmethod
     def spline(cls, x: ArrayLike, y: ArrayLike, *, name: str = "table") -> Self:
-        """Return the cubic spline (twice continuously differentiable) through samples on a uniform grid.
+        """Return the cubic spline (twice differentiable) through samples on a uniform grid.
 
         Raises
         ------
@@ -112,7 +110,7 @@ class Table:
         return cls(px, _hermite(px, py, slopes), (tuple(px.tolist()), tuple(py.tolist())))
 
     def __call__(self, x: Any, order: int = 0) -> Any:
-        """Return value or derivative at a float or a complex number (whose real part chooses the cell)."""
+        """Return value or derivative at a float or complex number, whose real part chooses the cell."""
         low, high = self.x[0], self.x[-1]
         real = x.real if isinstance(x, complex) else x
         inside = bool(low <= real <= high)
