@@ -53,7 +53,7 @@ class Assembled(Model):
         if not isinstance(assembly, Assembly):
             raise ParameterError(f"assembly is {shown(assembly)}; it must be a railenv.Assembly")
         names = (assembly.state_names, assembly.input_names)
-        check_names(*names, {**assembly.values, **assembly.tables})
+        check_names(*names, [*assembly.values, *assembly.tables])
         self._given = assembly
         self._set_assembled(assembly.name, assembly, assembly.values, assembly.tables)
 
@@ -117,10 +117,20 @@ class Assembled(Model):
         """The wheelsets."""
         found = []
         for w in self.equations.assembly.with_numbers(self._values).wheelsets:
-            numbers = (w.x, w.flange_clearance, w.half_gauge, w.wheel_radius, w.conicity)
-            names = (f"y_{w.name}", f"psi_{w.name}", f"dy_{w.name}")
-            under = irregularity_names([w.name])
-            found.append(Guided(w.name, *map(float, numbers), *names, under))
+            found.append(
+                Guided(
+                    name=w.name,
+                    x=float(w.x),
+                    clearance=float(w.flange_clearance),
+                    half_gauge=float(w.half_gauge),
+                    wheel_radius=float(w.wheel_radius),
+                    conicity=float(w.conicity),
+                    y=f"y_{w.name}",
+                    psi=f"psi_{w.name}",
+                    dy=f"dy_{w.name}",
+                    rails=irregularity_names([w.name]),
+                )
+            )
         return tuple(found)
 
     @property

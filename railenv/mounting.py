@@ -56,6 +56,23 @@ def usual(plant: Model, place: Any) -> Mounting:
     return Mounting(tuple(mounts), groups or {"": "secondary"})
 
 
+def first_place(plant: Model) -> Place:
+    """Return where the usual actuators of a plant are: above its frames, or else at its wheelsets.
+
+    Raises
+    ------
+    ParameterError
+        If it has no place for any.
+    """
+    if _secondary(plant):
+        return "secondary"
+    if _primary(plant):
+        return "primary"
+    raise ParameterError(
+        f"{plant.name} has no frame and no wheelset between which and another body actuators could act"
+    )
+
+
 def _assembly(plant: Model) -> Assembly | None:
     equations = plant.equations
     return equations.assembly if isinstance(equations, AssembledEquations) else None

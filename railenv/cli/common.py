@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 
 import railenv
-from railenv import vehicles as vehicle_records
-from railenv.cli.options import VehicleOptions
+from railenv.cli.options import ModelName, VehicleOptions
+from railenv.equipment import Equipped
 from railenv.errors import ParameterError
+from railenv.mounting import first_place
+from railenv.vehicles.lookup import named
 
 if TYPE_CHECKING:
     from railenv.models import Model
@@ -31,22 +33,34 @@ class Found:
     draw: Callable[[], Any]
 
 
-def vehicle_of(name: str) -> railenv.Vehicle:
-    """Return a shipped vehicle, or that of a TOML file."""
-    if name.endswith(".toml"):
-        return railenv.Vehicle.from_toml(name)
-    return vehicle_records.preset(name)
-
-
 def model_of(plant: VehicleOptions, changes: list[str] | None) -> Model:
     """Return the model of some options, with its parameters changed."""
-    built: Model
-    if plant.model == "cooperrider":
-        built = railenv.CooperriderBogie()
-    else:
-        kind = railenv.Bogie if plant.model == "bogie" else railenv.DualWheelset
-        built = kind(vehicle_of(plant.vehicle))
+    built = _model(plant.vehicle, plant.model)
     return built.replace(**assignments(changes, "--set")) if changes else built
+
+
+def _model(vehicle: str, kind: ModelName) -> Model:
+    if kind == "cooperrider":
+        return railenv.CooperriderBogie()
+    found = named(vehicle)
+    if isinstance(found, railenv.Vehicle):
+        return railenv.Bogie(found) if kind == "bogie" else railenv.DualWheelset(found)
+    if kind != "bogie":
+        raise ParameterError(
+            f"--model is {kind}; {vehicle} describes the parts of a vehicle and is its own model, so "
+            "leave --model out"
+        )
+    return railenv.Assembled(found)
+
+
+def equipped(model: Model) -> Equipped:
+    """Return a model with the usual actuators: between frames and body, or at the wheelsets."""
+    return Equipped(model, first_place(model))
+
+
+def vehicle_name(model: Model) -> str:
+    """Return what the vehicle of a model is called."""
+    return model.assembly.name if isinstance(model, railenv.Assembled) else model.name
 
 
 def assignments(texts: list[str] | None, option: str) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from railenv.cli.common import model_of, out, print_json, save
+from railenv.cli.common import equipped, model_of, out, print_json, save, vehicle_name
 from railenv.cli.controllers import controllers as controllers_named
 from railenv.cli.options import JsonOption, PlotOption, SetOption, VehicleOptions, with_groups
 from railenv.models import Model
@@ -65,13 +65,11 @@ def evaluated(
     from agents.evaluation.evaluation import Plan, load_evaluations, save_evaluations
 
     plan = Plan.quick() if quick else Plan()
-    equipped = agents.equipped(model)  # type: ignore[arg-type]  # raises for other models
+    vehicle = equipped(model)
     known = {}
     if store is not None and store.exists():
         same = [
-            e
-            for e in load_evaluations(store)
-            if e.plan == plan and e.vehicle == equipped.plant.vehicle.name
+            e for e in load_evaluations(store) if e.plan == plan and e.vehicle == vehicle_name(model)
         ]
         known = {e.controller: e for e in same}
     done: list[agents.Evaluation] = []
@@ -80,7 +78,7 @@ def evaluated(
         if kept is not None and dict(kept.about) == dict(getattr(controller, "about", {})):
             done.append(kept)
             continue
-        done.append(agents.evaluate(controller, equipped, name=name, plan=plan, progress=show_progress))
+        done.append(agents.evaluate(controller, vehicle, name=name, plan=plan, progress=show_progress))
         if store is not None:
             rest = [e for n, e in known.items() if n not in {d.controller for d in done}]
             save_evaluations([*done, *rest], store)

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from railenv import checks
+from railenv.cli.common import equipped
 from railenv.cli.controllers import controllers
 from railenv.equipment import Equipped
 from railenv.errors import ParameterError
-from railenv.models import Bogie, DualWheelset, Model
+from railenv.models import CooperriderBogie, Model
 
 if TYPE_CHECKING:
     from design.loop.feedback import Feedback
@@ -51,7 +52,7 @@ class Loop:
 def loop(model: Model, changes: dict[str, Any], choice: Choice) -> Loop:
     """Return a model with changed parameters and, if one is chosen, actuators and controller.
 
-    The bogie gets actuators between frame and body, the dual wheelset between wheelsets and frame.
+    Actuators are between frame and body, or where no frame moves between wheelsets and frame.
     """
     if choice.name is None and choice.gain is None:
         for name in ("washout", "delay", "period"):
@@ -60,13 +61,14 @@ def loop(model: Model, changes: dict[str, Any], choice: Choice) -> Loop:
                     f"--{name} needs a controller; give --controller or --yaw-rate-gain too"
                 )
         return Loop(model.replace(**changes) if changes else model, None)
-    if not isinstance(model, (Bogie, DualWheelset)):
-        raise ParameterError(f"a controller needs a bogie or a dual wheelset, not {model.name}")
-    equipped = Equipped(model, "secondary" if isinstance(model, Bogie) else "primary")
+    if isinstance(model, CooperriderBogie):  # it knows neither curves nor cant, which they read
+        raise ParameterError(
+            f"a controller needs a bogie, a dual wheelset or a file of parts, not {model.name}"
+        )
     if choice.delay is not None:
         changes = {"delay": choice.delay, **changes}
-    equipped = equipped.replace(**changes)
-    return Loop(equipped, _controller(equipped, choice))
+    actuated = equipped(model).replace(**changes)
+    return Loop(actuated, _controller(actuated, choice))
 
 
 def _controller(model: Equipped, choice: Choice) -> Feedback:

@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 from railenv import checks
-from railenv.cli.common import model_of, out
+from railenv.cli.common import equipped, model_of, out, vehicle_name
 from railenv.cli.options import SetOption, VehicleOptions, with_groups
 from railenv.models import Model
 
@@ -28,12 +28,11 @@ def tune(
 
 def _tune(kind: str, model: Model, out: Path, console: Console) -> None:
     """Design a controller of a kind as the shipped one was, and write it."""
-    import agents
     from agents.learning.designs import DESIGNS
 
     checks.known("kind of controller", [kind], list(DESIGNS))
-    equipped = agents.equipped(model)  # type: ignore[arg-type]
-    with console.status(f"designing {kind} for {equipped.plant.vehicle.name}"):
-        controller = DESIGNS[kind](equipped)
+    vehicle = equipped(model)
+    with console.status(f"designing {kind} for {vehicle_name(model)}"):
+        controller = DESIGNS[kind](vehicle)
     controller.save(out)
     console.print(f"wrote {out}", markup=False, highlight=False)

@@ -376,7 +376,7 @@ def _settings(part: Part) -> list[Any]:
 
 def _renumbered(part: Part, changes: Mapping[str, float]) -> Part:
     """Return a part with those of its own numbers changed that ``changes`` names."""
-    own = {
+    own: dict[str, Any] = {
         field: changes[f"{part.name}_{field}"]
         for field in part.number_fields()
         if f"{part.name}_{field}" in changes and not isinstance(getattr(part, field), (str, type(None)))

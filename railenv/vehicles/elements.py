@@ -61,9 +61,10 @@ class Part:
     )
 
     def __post_init__(self) -> None:
-        if not (isinstance(self.name, str) and self.name.isidentifier()) or self.name.startswith("_"):
+        name: Any = self.name
+        if not (isinstance(name, str) and name.isidentifier()) or name.startswith("_"):
             raise ParameterError(
-                f"name of a {self.kind} is {shown(self.name)}; it must be a word of letters, digits "
+                f"name of a {self.kind} is {shown(name)}; it must be a word of letters, digits "
                 "and underscores"
             )
         for f in dataclasses.fields(self):
