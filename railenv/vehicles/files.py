@@ -141,7 +141,7 @@ def text_of(assembly: Assembly, units: Mapping[str, str] | None = None) -> str:
 
 def comment(unit: str, meaning: str) -> str:
     """Return what stands behind a number in a file."""
-    return meaning if unit in ("", "1") else f"{meaning} [{unit}]"
+    return f"{meaning} [{unit}]" if unit else meaning
 
 
 def _table(part: Part) -> Any:
