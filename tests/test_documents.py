@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from design.reproduction.sections.critical_speeds import CAPTION, HEADINGS, TITLE, CriticalSpeeds
 from railenv import cli
 from railenv.vehicles.lookup import named
-from tests.pages import DOCS, ROOT
+from tests.pages import DOCS, ROOT, script
 
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.rglob("*.md"))]
 TEXTS = {page: page.read_text(encoding="utf-8") for page in PAGES}
@@ -201,3 +201,8 @@ def test_links_between_the_pages_lead_somewhere():
         for target in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", TEXTS[page]):
             if not target.startswith("http"):
                 assert (page.parent / target).exists(), f"{IDS[page]}: {target}"
+
+
+def test_page_of_vehicle_files_is_generated_from_the_metadata():
+    text = (DOCS / "vehicle-files.md").read_text(encoding="utf-8")
+    assert script("make_vehicle_files").page(text) == text

@@ -125,7 +125,7 @@ def test_a_parameter_is_drawn_and_pinned_and_reaches_the_equations(keywords):
 
 def test_an_assembly_runs_as_the_shipped_bogie_of_the_same_parts():
     """The same structure and numbers: the same bits."""
-    pins = {"speed": 110.0, "radius": 8000.0, "cant": 0.05, "offset": 0.002}
+    pins = {"speed": 90.0, "radius": 8000.0, "cant": 0.05, "offset": 0.002}
     rows = []
     for env in (make(vehicle=ASSEMBLY), make()):
         env.reset(seed=3, options=pins)
@@ -155,7 +155,7 @@ def test_a_moment_and_a_force_push_the_wheelset_each_their_way(sprung):
             env.step(np.array(action))
         found.append(env.fleet.state(0)[:2])
     still, turned, pushed = found
-    assert turned[1] > still[1] + 1e-5
+    assert turned[0] > still[0] + 1e-5
     assert pushed[0] > still[0] + 1e-5
 
 
@@ -170,7 +170,7 @@ def test_a_shipped_bogie_with_a_lateral_actuator():
         roll_to = [env.step(np.array([command])) for _ in range(200)]
         assert not roll_to[-1][2]
         lateral[command] = env.fleet.state(0)[plant.state_names.index("y_b")]
-    assert lateral[0.5] > 1e-3
+    assert lateral[0.5] > 5e-4
     assert lateral[0.5] == pytest.approx(-lateral[-0.5], rel=1e-6)
 
 
