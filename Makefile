@@ -10,7 +10,7 @@ COMMIT ?= HEAD
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo report test lint controllers docs site reliability bench bench-against clean
+.PHONY: help demo report warm test lint controllers docs site reliability bench bench-against clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-13s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -21,6 +21,9 @@ demo: $(INSTALLED) ## write the first page of the reproduction report to results
 
 report: $(INSTALLED) ## write the whole reproduction report to results/ (minutes)
 	$(BIN)/railenv reproduce --out results
+
+warm: $(INSTALLED) ## compile all kernels ahead of their first use (minutes)
+	$(BIN)/railenv warm
 
 test: $(DEVELOPED) ## run the tests except those marked slow
 	$(BIN)/python -m pytest -n 2
@@ -33,6 +36,7 @@ lint: $(DEVELOPED) ## check style, formatting, types and the order of imports
 
 docs: $(DEVELOPED) ## regenerate the pages that are made from code and measurements
 	$(BIN)/railenv vehicles --markdown > docs/vehicles.md
+	$(BIN)/python docs/make_vehicle_files.py
 	$(BIN)/python docs/make_environments.py --no-pictures
 	$(BIN)/python docs/make_equations.py
 	$(BIN)/railenv reproduce --out results && cp results/data/claims.json docs/claims.json

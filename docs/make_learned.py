@@ -21,9 +21,9 @@ import agents
 import design
 import railenv
 from agents.controllers.shipped import coach
+from agents.learning.candidates import CONICITIES
 from agents.learning.designs import SEED
 from agents.learning.learning_plots import plot_search
-from agents.learning.candidates import CONICITIES
 from agents.learning.policy_search import search_policy
 
 DOCS = Path(__file__).resolve().parent

@@ -242,6 +242,11 @@ class Equipped(Model):
         return self.plant.guided
 
     @property
+    def vehicle_name(self) -> str:
+        """What the vehicle is called."""
+        return self.plant.vehicle_name
+
+    @property
     def gravity(self) -> float:
         """Acceleration due to gravity, m/s^2."""
         return self.plant.gravity

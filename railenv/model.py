@@ -6,7 +6,7 @@ import copy
 import hashlib
 import keyword
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import ModuleType, SimpleNamespace
 from typing import TYPE_CHECKING, Any, Self
 
@@ -282,6 +282,11 @@ class Model:
         return [*self.parameters.values(), *starts], packed
 
     @property
+    def vehicle_name(self) -> str:
+        """What the vehicle is called."""
+        return self.name
+
+    @property
     def gravity(self) -> float:
         """Acceleration due to gravity, m/s^2: the parameter of that name, if there is one."""
         return self.parameters.get("gravity", GRAVITY)
@@ -319,8 +324,10 @@ class Model:
         for body in self.equations.bodies:
             if body.is_wheelset:
                 fields = ("x", "flange_clearance", "half_gauge", "wheel_radius", "conicity")
-                numbers = [body.number(f, self.parameters) for f in fields]
-                found.append(Guided(body.name, *numbers, body.y, body.psi, body.dy, ()))
+                x, delta, a, r, cone = (body.number(f, self.parameters) for f in fields)
+                own = body.states
+                states = (own["y"], own["psi"], own["dy"])
+                found.append(Guided(body.name, x, delta, a, r, cone, *states, rails=()))
         return tuple(found)
 
     def evaluator(self) -> Evaluator:
@@ -424,7 +431,8 @@ def _filled(values: float | Sequence[float], n: int) -> Array:
 def _bodies(given: Sequence[MovingBody]) -> tuple[MovingBody, ...]:
     """Return the bodies that equations of one's own are said to have."""
     bodies = tuple(given)
-    wrong: list[Any] = [body for body in bodies if not isinstance(body, MovingBody)]
+    every: tuple[Any, ...] = bodies
+    wrong = [body for body in every if not isinstance(body, MovingBody)]
     if wrong:
         raise ParameterError(f"bodies has {shown(wrong[0])}, which is no railenv.MovingBody")
     names = [body.name for body in bodies]
@@ -436,7 +444,8 @@ def _bodies(given: Sequence[MovingBody]) -> tuple[MovingBody, ...]:
     return bodies
 
 
-def check_names(states: Sequence[str], inputs: Sequence[str], parameters: Mapping[str, float]) -> None:
+def check_names(states: Sequence[str], inputs: Sequence[str], parameters: Iterable[str]) -> None:
+    """Raise ParameterError unless names can stand in kernels and differ."""
     names = [*states, *inputs, *parameters]
     if not states:
         raise ParameterError("states is empty; a model needs at least one state")

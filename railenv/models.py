@@ -53,7 +53,7 @@ class Assembled(Model):
         if not isinstance(assembly, Assembly):
             raise ParameterError(f"assembly is {shown(assembly)}; it must be a railenv.Assembly")
         names = (assembly.state_names, assembly.input_names)
-        check_names(*names, {**assembly.values, **assembly.tables})
+        check_names(*names, [*assembly.values, *assembly.tables])
         self._given = assembly
         self._set_assembled(assembly.name, assembly, assembly.values, assembly.tables)
 
@@ -121,10 +121,20 @@ class Assembled(Model):
         """The wheelsets."""
         found = []
         for w in self.equations.assembly.with_numbers(self._values).wheelsets:
-            numbers = (w.x, w.flange_clearance, w.half_gauge, w.wheel_radius, w.conicity)
-            names = (f"y_{w.name}", f"psi_{w.name}", f"dy_{w.name}")
-            under = irregularity_names([w.name])
-            found.append(Guided(w.name, *map(float, numbers), *names, under))
+            found.append(
+                Guided(
+                    name=w.name,
+                    x=float(w.x),
+                    clearance=float(w.flange_clearance),
+                    half_gauge=float(w.half_gauge),
+                    wheel_radius=float(w.wheel_radius),
+                    conicity=float(w.conicity),
+                    y=f"y_{w.name}",
+                    psi=f"psi_{w.name}",
+                    dy=f"dy_{w.name}",
+                    rails=irregularity_names([w.name]),
+                )
+            )
         return tuple(found)
 
     @property
@@ -173,10 +183,15 @@ class _VehicleModel(Assembled):
         self._set_assembled(self._name, _shipped_structure(self._name), vehicle.parameters(), {})
 
     @property
+    def vehicle_name(self) -> str:
+        """What the vehicle is called."""
+        return self.vehicle.name
+
+    @property
     def assembly(self) -> Assembly:
         """The vehicle's parts, with its numbers."""
         own = {"name": self.vehicle.name, "provenance": self.vehicle.provenance}
-        return files.assembly_of(
+        return Assembly.described(
             files.shipped(self._name), self._name, parameters=self.vehicle.parameters(), **own
         )
 
@@ -204,7 +219,7 @@ class _VehicleModel(Assembled):
 @cache
 def _shipped_structure(name: str) -> Assembly:
     """Return one of the package's own assemblies, with some numbers."""
-    return files.assembly_of(files.shipped(name), name, parameters=TABLE_1.parameters())
+    return Assembly.described(files.shipped(name), name, parameters=TABLE_1.parameters())
 
 
 class Bogie(_VehicleModel):

@@ -61,6 +61,23 @@ def usual(plant: Model, place: Any) -> Mounting:
     return Mounting(tuple(mounts), groups or {"": "secondary"})
 
 
+def first_place(plant: Model) -> Place:
+    """Return where the usual actuators of a plant are: above its frames, or else at its wheelsets.
+
+    Raises
+    ------
+    ParameterError
+        If it has no place for any.
+    """
+    if _secondary(plant):
+        return "secondary"
+    if _primary(plant):
+        return "primary"
+    raise ParameterError(
+        f"{plant.name} has no frame and no wheelset between which and another body actuators could act"
+    )
+
+
 def _assembly(plant: Model) -> Assembly | None:
     equations = plant.equations
     return equations.assembly if isinstance(equations, AssembledEquations) else None
@@ -88,7 +105,7 @@ def _primary(plant: Model) -> list[tuple[str, str]]:
     assembly, wheelsets = _assembly(plant), _wheelsets(plant)
     if assembly is None:
         acted = {b.name for b in plant.equations.bodies if b.yaw_moment}
-        frame = next((n for n in _frames(plant) if n in acted), GROUND)
+        frame = next((n for n in frames(plant) if n in acted), GROUND)
         return [(w, frame) for w in wheelsets if w in acted]
     pairs = []
     for w in wheelsets:
@@ -101,8 +118,11 @@ def _moving(plant: Model, name: str) -> str:
     return name if name in plant.body_names else GROUND
 
 
-def _frames(plant: Model) -> list[str]:
-    """Bodies that move and are sprung to wheelsets, or are no wheelsets in equations of one's own."""
+def frames(plant: Model) -> list[str]:
+    """Return the bodies that move and are sprung to wheelsets.
+
+    In equations of one's own these are all that are no wheelsets.
+    """
     assembly, wheelsets = _assembly(plant), _wheelsets(plant)
     others = [name for name in plant.body_names if name not in wheelsets]
     if assembly is None or not wheelsets:
@@ -113,13 +133,13 @@ def _frames(plant: Model) -> list[str]:
 def _secondary(plant: Model) -> list[tuple[str, str]]:
     """Each frame with the body that it carries, or the ground."""
     assembly, wheelsets = _assembly(plant), _wheelsets(plant)
-    frames = _frames(plant)
+    own = frames(plant)
     if assembly is None:
         acted = {b.name for b in plant.equations.bodies if b.yaw_moment}
-        return [(name, GROUND) for name in frames if name in acted]
+        return [(name, GROUND) for name in own if name in acted]
     pairs = []
-    for name in frames:
-        above = [n for n in _neighbours(assembly, name) if n not in (*wheelsets, *frames)]
+    for name in own:
+        above = [n for n in _neighbours(assembly, name) if n not in (*wheelsets, *own)]
         pairs += [(name, _moving(plant, n)) for n in above[:1]]
     return pairs
 
@@ -127,7 +147,7 @@ def _secondary(plant: Model) -> list[tuple[str, str]]:
 def sensed_bodies(plant: Model, given: Sequence[str] | None) -> tuple[str, ...]:
     """Return the bodies that carry sensors: those given, the frames, or the wheelsets."""
     if given is None:
-        return tuple(_frames(plant) or _wheelsets(plant) or plant.body_names)
+        return tuple(frames(plant) or _wheelsets(plant) or plant.body_names)
     if isinstance(given, str):
         raise ParameterError(f"sensed is {given!r}; it must be a sequence of names of bodies")
     names = tuple(given)

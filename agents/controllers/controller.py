@@ -136,14 +136,7 @@ def equipped(model: Model) -> Equipped:
                 "or actuators be given"
             )
         return model
-    usual = mounting.places(model)
-    return Equipped(model, "secondary" if "secondary" in usual else "primary")
-
-
-def vehicle_name(model: Equipped) -> str:
-    """Return what to call an equipped model's vehicle."""
-    vehicle = getattr(model.plant, "vehicle", None)
-    return model.plant.name if vehicle is None else str(vehicle.name)
+    return Equipped(model, mounting.first_place(model))
 
 
 def check_single_actuator(model: Equipped, what: str) -> None:

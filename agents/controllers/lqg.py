@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.controllers.controller import equipped, vehicle_name
+from agents.controllers.controller import equipped
 from agents.controllers.lqr import speed_nodes
 from agents.controllers.scheduled import CONTROL_PERIOD, Law, ScheduledController, readings_of
 from design.linear.regulator import Disturbances, Observer, Weights, kalman, lqr
@@ -68,7 +68,7 @@ class LQG(ScheduledController):
         about = {
             "weights": dataclasses.asdict(w),
             "disturbances": dataclasses.asdict(d),
-            "vehicle": vehicle_name(vehicle),
+            "vehicle": vehicle.vehicle_name,
         }
         limits = vehicle.limits
         return cls(law, readings, vehicle.command_names, limits, "sensors", period, about)

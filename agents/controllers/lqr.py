@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.controllers.controller import equipped, vehicle_name
+from agents.controllers.controller import equipped
 from agents.controllers.scheduled import CONTROL_PERIOD, Law, ScheduledController, readings_of
 from design.linear.regulator import Weights, lqr
 from railenv import Equipped, Model, checks, find_equilibrium
@@ -58,7 +58,7 @@ class LQR(ScheduledController):
             D[k][:, columns] = -regulator.gain
             for signal, shift in _curve_shift(vehicle, v, regulator.system.state_labels).items():
                 D[k][:, signals.index(signal)] += regulator.gain @ shift
-        about = {"weights": dataclasses.asdict(w), "vehicle": vehicle_name(vehicle)}
+        about = {"weights": dataclasses.asdict(w), "vehicle": vehicle.vehicle_name}
         limits = vehicle.limits
         law = Law.of(nodes, D)
         return cls(law, readings, vehicle.command_names, limits, "state", period, about)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 import design
-from agents.controllers.controller import Controller, equipped, vehicle_name
+from agents.controllers.controller import Controller, equipped
 from agents.evaluation.evaluation import CurveResult, Evaluation, Plan
 from agents.evaluation.growth import growth_rates
 from agents.evaluation.nonlinear import Place, disturbed_critical_speed, ramp_down
@@ -68,7 +68,7 @@ def evaluate(
     return Evaluation(
         controller=name or controller.name,
         model_name=vehicle.name,
-        vehicle=vehicle_name(vehicle),
+        vehicle=vehicle.vehicle_name,
         observation=controller.observation,
         curves=results,
         robust=robust,

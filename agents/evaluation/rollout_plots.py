@@ -9,7 +9,7 @@ import control
 import matplotlib.pyplot as plt
 import numpy as np
 
-from agents.controllers.controller import Controller, equipped, vehicle_name
+from agents.controllers.controller import Controller, equipped
 from agents.evaluation.colors import colors
 from agents.evaluation.nonlinear import OFFSET
 from agents.evaluation.rollout import Case, Rollout, leading
@@ -57,7 +57,7 @@ def plot_histories(
         above.set_ylabel(f"{first} (mm)")
         below.set_ylabel("moment (kN m)" if mount.acts == "yaw" else "force (kN)")
         below.set_xlabel("time (s)")
-        above.set_title(f"{vehicle_name(vehicle)} at {speed:g} m/s from {1e3 * offset:g} mm off")
+        above.set_title(f"{vehicle.vehicle_name} at {speed:g} m/s from {1e3 * offset:g} mm off")
         above.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
         axes = np.array([above, below], dtype=object)
         return control.ControlPlot(np.array([*above.lines, *below.lines], dtype=object), axes, figure)

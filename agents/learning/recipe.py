@@ -16,10 +16,11 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from agents.controllers.memory import MemorySettings
-from railenv import Actuator, Sensors, Vehicle, checks, vehicles
+from railenv import Actuator, Sensors, checks
 from railenv.envs.settings import RewardWeights
 from railenv.errors import MissingPackageError, ParameterError, shown
 from railenv.extras import require
+from railenv.vehicles.lookup import named
 
 Algorithm = Literal["ppo", "sac", "td3"]
 Criterion = Literal["return", "critical_speed", "robust_critical_speed"]
@@ -347,8 +348,7 @@ def environment_keywords(plain: Mapping[str, Any], place: str) -> dict[str, Any]
     keywords = dict(plain)
     name = keywords.get("vehicle")
     if isinstance(name, str):
-        toml = name.endswith(".toml")
-        keywords["vehicle"] = Vehicle.from_toml(name) if toml else vehicles.preset(name)
+        keywords["vehicle"] = named(name)
     if isinstance(keywords.get("weights"), Mapping):
         fields = [f.name for f in dataclasses.fields(RewardWeights)]
         checks.known("reward weight", keywords["weights"], fields)

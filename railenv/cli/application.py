@@ -23,6 +23,7 @@ from railenv.cli import (
     train,
     tune,
     vehicles,
+    warm,
 )
 from railenv.cli.common import err, out
 from railenv.errors import RailenvError
@@ -46,6 +47,7 @@ app.command()(evaluate.evaluate)
 app.command()(tune.tune)
 app.command()(reproduce.reproduce)
 app.command()(train.train)
+app.command()(warm.warm)
 
 
 def main() -> None:

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 
 import railenv
-from railenv import vehicles as vehicle_records
-from railenv.cli.options import VehicleOptions
+from railenv.cli.options import ModelName, VehicleOptions
 from railenv.errors import ParameterError
+from railenv.vehicles.lookup import named
 
 if TYPE_CHECKING:
     from railenv.models import Model
@@ -31,22 +31,24 @@ class Found:
     draw: Callable[[], Any]
 
 
-def vehicle_of(name: str) -> railenv.Vehicle:
-    """Return a shipped vehicle, or that of a TOML file."""
-    if name.endswith(".toml"):
-        return railenv.Vehicle.from_toml(name)
-    return vehicle_records.preset(name)
-
-
 def model_of(plant: VehicleOptions, changes: list[str] | None) -> Model:
     """Return the model of some options, with its parameters changed."""
-    built: Model
-    if plant.model == "cooperrider":
-        built = railenv.CooperriderBogie()
-    else:
-        kind = railenv.Bogie if plant.model == "bogie" else railenv.DualWheelset
-        built = kind(vehicle_of(plant.vehicle))
+    built = _model(plant.vehicle, plant.model)
     return built.replace(**assignments(changes, "--set")) if changes else built
+
+
+def _model(vehicle: str, kind: ModelName) -> Model:
+    if kind == "cooperrider":
+        return railenv.CooperriderBogie()
+    found = named(vehicle)
+    if isinstance(found, railenv.Vehicle):
+        return railenv.Bogie(found) if kind == "bogie" else railenv.DualWheelset(found)
+    if kind != "bogie":
+        raise ParameterError(
+            f"--model is {kind}; {vehicle} describes the parts of a vehicle and is its own model, so "
+            "leave --model out"
+        )
+    return railenv.Assembled(found)
 
 
 def assignments(texts: list[str] | None, option: str) -> dict[str, Any]:

@@ -62,16 +62,14 @@ def evaluated(
 ) -> list[agents.Evaluation]:
     """Evaluate controllers; finished ones are kept in ``store`` and taken from there."""
     import agents
-    from agents.controllers.controller import vehicle_name
     from agents.evaluation.evaluation import Plan, load_evaluations, save_evaluations
 
     plan = Plan.quick() if quick else Plan()
     equipped = agents.equipped(model)
     known = {}
     if store is not None and store.exists():
-        same = [
-            e for e in load_evaluations(store) if e.plan == plan and e.vehicle == vehicle_name(equipped)
-        ]
+        name = equipped.vehicle_name
+        same = [e for e in load_evaluations(store) if e.plan == plan and e.vehicle == name]
         known = {e.controller: e for e in same}
     done: list[agents.Evaluation] = []
     for name, controller in controllers_named(names).items():

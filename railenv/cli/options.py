@@ -65,7 +65,8 @@ class VehicleOptions:
         typer.Option(
             "--vehicle",
             "-v",
-            help="A shipped vehicle (TABLE_1, TABLE_1_PRINTED_LOADS, HIGH_SPEED_COACH) or a TOML file.",
+            help="A shipped vehicle (TABLE_1, TABLE_1_PRINTED_LOADS, HIGH_SPEED_COACH) or a TOML file: "
+            "a bogie's numbers, or the parts of a vehicle.",
         ),
     ] = "HIGH_SPEED_COACH"
     model: Annotated[
@@ -73,7 +74,8 @@ class VehicleOptions:
         typer.Option(
             "--model",
             "-m",
-            help="Bogie of 12, dual wheelset of 8 or Cooperrider bogie of 7 degrees of freedom.",
+            help="Bogie of 12, dual wheelset of 8 or Cooperrider bogie of 7 degrees of freedom; a file "
+            "of parts is its own model.",
         ),
     ] = "bogie"
 

@@ -45,6 +45,12 @@ def train(
             "may be repeated.",
         ),
     ] = None,
+    vehicle: Annotated[
+        str | None,
+        typer.Option(
+            "--vehicle", "-v", help="A shipped vehicle or a TOML file, as env_kwargs.vehicle."
+        ),
+    ] = None,
     base: Annotated[
         Path | None, typer.Option(help="Controller file; what is learned is added to its action.")
     ] = None,
@@ -65,7 +71,7 @@ def train(
 
     bar = Console(stderr=True).is_terminal
     if resume:
-        if algorithm or config or changes or base or device or seed is not None or show:
+        if algorithm or config or changes or vehicle or base or device or seed is not None or show:
             raise ParameterError("--resume takes the run's own recipe; give only --out and --steps")
         done = agents.resume(directory, total_timesteps=steps, tensorboard=tensorboard, progress=bar)
         _report(done, directory, as_json)
@@ -73,6 +79,8 @@ def train(
     if algorithm is None:
         raise ParameterError("algorithm is missing; it must be ppo, sac or td3")
     given = dict(_change(text) for text in changes or [])
+    if vehicle is not None:
+        given["env_kwargs.vehicle"] = vehicle
     if show:
         own = {"n_timesteps": steps, "seed": seed, "device": device}
         given |= {name: value for name, value in own.items() if value is not None}

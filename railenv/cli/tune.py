@@ -29,12 +29,11 @@ def tune(
 def _tune(kind: str, model: Model, out: Path, console: Console) -> None:
     """Design a controller of a kind as the shipped one was, and write it."""
     import agents
-    from agents.controllers.controller import vehicle_name
     from agents.learning.designs import DESIGNS
 
     checks.known("kind of controller", [kind], list(DESIGNS))
     equipped = agents.equipped(model)
-    with console.status(f"designing {kind} for {vehicle_name(equipped)}"):
+    with console.status(f"designing {kind} for {equipped.vehicle_name}"):
         controller = DESIGNS[kind](equipped)
     controller.save(out)
     console.print(f"wrote {out}", markup=False, highlight=False)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+import dataclasses
+import re
+from typing import Annotated, Any, Literal
 
 import typer
 from rich import box
@@ -10,9 +12,13 @@ from rich.table import Table
 
 import railenv
 from railenv import vehicles as vehicle_records
-from railenv.cli.common import out, print_json, vehicle_of
+from railenv.cli.common import out, print_json
 from railenv.cli.options import JsonOption
 from railenv.errors import ParameterError
+from railenv.vehicles import files
+from railenv.vehicles.assembly import Assembly
+from railenv.vehicles.lookup import named
+from railenv.vehicles.vehicle import COMMENTS
 
 _NARROW: Any = {"box": box.SIMPLE, "padding": (0, 1, 0, 0), "pad_edge": False}
 """Tables that fit a terminal of 80 columns."""
@@ -23,23 +29,39 @@ def vehicles(
         str | None, typer.Argument(help="A shipped vehicle or a TOML file; all vehicles when left out.")
     ] = None,
     toml: Annotated[
-        bool, typer.Option("--toml", help="Print the vehicle as a TOML file to start your own from.")
+        bool,
+        typer.Option("--toml", help="Print the vehicle's parts as a TOML file to start your own from."),
     ] = False,
+    model: Annotated[
+        Literal["bogie", "dual-wheelset"],
+        typer.Option("--model", "-m", help="With --toml: the bogie, or its wheelsets alone."),
+    ] = "bogie",
     markdown: Annotated[
         bool, typer.Option("--markdown", help="Print a table of all vehicles for a document.")
     ] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Print the parameters of vehicles, with symbol, unit, meaning and source."""
-    shown = [vehicle_of(name)] if name else list(railenv.PRESETS)
     forms = {"--toml": toml, "--markdown": markdown, "--json": as_json}
     if sum(forms.values()) > 1:
         given = " and ".join(form for form, is_given in forms.items() if is_given)
         raise ParameterError(f"{given} exclude each other; give one of them")
+    if toml and name is None:
+        raise ParameterError("--toml needs the name of one vehicle")
+    if model != "bogie" and not toml:
+        raise ParameterError(f"--model is {model}; it is for --toml, all else is of both models")
+    found = named(name) if name else None
+    if isinstance(found, Assembly):
+        if model != "bogie":
+            raise ParameterError(f"--model is {model}; {name} describes its own parts, so leave it out")
+        if markdown:
+            raise ParameterError(f"--markdown is for bogies' numbers; {name} describes parts")
+        _show_parts(found, toml, as_json)
+        return
+    shown = list(railenv.PRESETS) if found is None else [found]
     if toml:
-        if name is None:
-            raise ParameterError("--toml needs the name of one vehicle")
-        print(shown[0].to_toml(), end="")
+        kind = railenv.Bogie if model == "bogie" else railenv.DualWheelset
+        print(kind(shown[0]).assembly.to_toml(units=COMMENTS), end="")
         return
     rows = vehicle_records.describe(railenv.Vehicle)
     if markdown:
@@ -51,6 +73,56 @@ def vehicles(
     out.print(_comparison(shown, rows) if name is None else _description(shown[0], rows))
     for v in shown:
         out.print(f"{v.name}: {v.provenance}", markup=False, highlight=False)
+
+
+def _show_parts(vehicle: Assembly, toml: bool, as_json: bool) -> None:
+    """Print a vehicle that is described by its parts."""
+    if toml:
+        print(vehicle.to_toml(), end="")
+        return
+    if as_json:
+        parts = [
+            {"kind": part.kind, **{f.name: getattr(part, f.name) for f in dataclasses.fields(part)}}
+            for part in vehicle.parts
+        ]
+        plain = {name: getattr(vehicle, name) for name in files.PLAIN}
+        print_json({**plain, "parts": parts, "values": vehicle.values})
+        return
+    table = Table(title=f"{vehicle.name}: parameters, which --set changes", **_NARROW)
+    for title in ("parameter", "value", "unit"):
+        table.add_column(title, no_wrap=True)
+    table.add_column("meaning")
+    own = {
+        f"{part.name}_{field.name}": (
+            field.metadata["unit"],
+            f"{part.kind} {part.name}: {field.metadata['meaning']}",
+        )
+        for part in vehicle.parts
+        for field in dataclasses.fields(part)
+        if "bounds" in field.metadata
+    }
+    for name, value in vehicle.values.items():
+        table.add_row(name, _written(value), *(own.get(name) or _shared(vehicle, name)))
+    out.print(table)
+    listed = ", ".join(f"{part.kind} {part.name}" for part in vehicle.parts)
+    out.print(f"{vehicle.name}: {vehicle.provenance or listed}", markup=False, highlight=False)
+
+
+def _shared(vehicle: Assembly, name: str) -> tuple[str, str]:
+    """Return unit and meaning of a parameter that several fields read, from those fields."""
+    if name in files.PLAIN:
+        return files.PLAIN[name]
+    readers = [
+        (text.strip() == name, field.metadata["unit"], f"{field.name} of {part.name}")
+        for part in vehicle.parts
+        for field in dataclasses.fields(part)
+        if "bounds" in field.metadata and isinstance(text := getattr(part, field.name), str)
+        if name in re.findall(r"[A-Za-z_]\w*", text)
+    ]
+    unit = next((unit for alone, unit, _ in readers if alone), "")
+    listed = [said for _, _, said in readers]
+    more = f" and {len(listed) - 2} more" if len(listed) > 2 else ""
+    return unit, f"read by {', '.join(listed[:2])}{more}" if listed else "read by no field"
 
 
 def _comparison(shown: list[railenv.Vehicle], rows: list[vehicle_records.FieldDescription]) -> Table:

@@ -188,8 +188,8 @@ class Fleet:
     def rails(self, i: int) -> Array:
         """Lateral displacement of the rails under each wheelset, m."""
         w, names = self._view(self._blocks, i), self.model.input_names
-        under = (g.rails[:1] for g in self._guided)
-        return np.array([w[self._layout.u + names.index(*n)] if n else 0.0 for n in under])
+        under = (g.rails for g in self._guided)
+        return np.array([w[self._layout.u + names.index(n[0])] if n else 0.0 for n in under])
 
     def equilibrium(self, i: int) -> Array:
         """Return the plant's running equilibrium where one environment is, shape (n_states,)."""

@@ -211,10 +211,11 @@ class Settings:
         """
         if isinstance(self.model, Equipped):
             return self.model
-        plant = self.model
-        if plant is None and isinstance(self.vehicle, Assembly):
+        if self.model is not None:
+            plant = self.model
+        elif isinstance(self.vehicle, Assembly):
             plant = Assembled(self.vehicle)
-        elif plant is None:
+        else:
             plant = (Bogie if self.plant == "bogie" else DualWheelset)(self.vehicle)
         return Equipped(plant, self.actuator, self.actuator_model, self.sensors)
 

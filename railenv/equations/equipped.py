@@ -166,7 +166,7 @@ class Equipment:
     def _specific_forces(
         self, rates: Sequence[Scalar], motions: dict[str, Motion], run: Running, p: Scalar
     ) -> list[Scalar]:
-        """What an ideal accelerometer on each sensed body reads (m/s^2)."""
+        """Return what an ideal accelerometer on each sensed body reads (m/s^2)."""
         gravity = self.plant.gravity(p)
         places = (self.states.index(name) for name in self.lateral_rates)
         return [

@@ -119,8 +119,8 @@ def positive_part(x: Scalar) -> Scalar:
 def table(characteristic: Scalar, x: Scalar, order: int = 0) -> Scalar:
     """Value at ``x`` of a characteristic given as a table, or its derivative of an ``order`` up to 2.
 
-    ``characteristic`` is a :class:`railenv.vehicles.tables.Table` for numbers; on symbols it is the name
-    under which kernels find the numbers, which are arguments of theirs and never compiled in.
+    ``characteristic`` is a :class:`railenv.vehicles.tables.Table` for numbers; on symbols it is the
+    name under which kernels find the numbers, which are arguments of theirs and never compiled in.
     """
     if isinstance(x, (float, int, complex)):
         return characteristic(x, order)

@@ -8,6 +8,8 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from os import PathLike
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Self
 
@@ -24,6 +26,7 @@ from railenv.equations.coordinates import (
 )
 from railenv.equations.functions import Scalar
 from railenv.errors import ParameterError, UnknownNameError, shown
+from railenv.vehicles import files
 from railenv.vehicles.elements import (
     BODIES,
     ELEMENTS,
@@ -105,6 +108,60 @@ class Assembly:
         self._check_structure()
         self.check(self.values)
 
+    # -------------------------------------------------------------------------- files
+
+    @classmethod
+    def described(cls, data: Mapping[str, Any], source: str, **own: Any) -> Self:
+        """Return the assembly that the content of a file describes; ``own`` replaces plain fields.
+
+        Raises
+        ------
+        ParameterError
+            If a part lacks something or has a value that is not allowed; the message names the part.
+        UnknownNameError
+            If there is a name that a file cannot have.
+        """
+        return cls(**{**files.fields_of(data, source), **own})
+
+    @classmethod
+    def from_toml(cls, path: str | PathLike[str]) -> Self:
+        """Read a vehicle from a TOML file of parts; nothing in the file is ever executed.
+
+        Without a name of its own it has that of the file.
+
+        Raises
+        ------
+        ParameterError
+            If the file is not TOML, a part lacks something, or a value is not allowed.
+        UnknownNameError
+            If there is a name that a file cannot have.
+        """
+        data = files.read(path)
+        if not files.describes_assembly(data):
+            raise ParameterError(
+                f"{path} has no parts such as [[wheelset]] or [[spring]]; a file of a bogie's numbers "
+                "is read by railenv.Vehicle.from_toml"
+            )
+        return cls.described(data, str(path))
+
+    def to_toml(
+        self, path: str | PathLike[str] | None = None, *, units: Mapping[str, str] | None = None
+    ) -> str:
+        """Return the vehicle as TOML, with units and meanings as comments, and write it to ``path``.
+
+        ``Assembly.from_toml`` gives back an equal vehicle, to the last bit.
+
+        Parameters
+        ----------
+        path : path, optional
+        units : mapping of str to str, optional
+            Comments on :attr:`parameters`, by name.
+        """
+        text = files.text_of(self, units)
+        if path is not None:
+            Path(path).write_text(text, encoding="utf-8")
+        return text
+
     # ------------------------------------------------------------------------- checks
 
     def _check_structure(self) -> None:
@@ -122,7 +179,9 @@ class Assembly:
         for e in self.elements:
             for end in e.between:
                 if end not in (*bodies, GROUND):
-                    raise UnknownNameError(f"body to which {e.name} is attached", str(end), bodies)
+                    raise UnknownNameError(
+                        f"body to which {e.name} is attached", str(end), [*bodies, GROUND]
+                    )
             if e.between[0] == e.between[1]:
                 raise ParameterError(f"{e.name} is attached to {e.between[0]} twice")
         loose = self._loose()
@@ -146,9 +205,9 @@ class Assembly:
         for part in self.parts:
             for field, text in self._expressions[part.name].items():
                 if field not in part.table_fields():
-                    part.checked(field, evaluate(text, known))
-        checks.number("gravity", evaluate(self._own["gravity"], known), low=0.0, open_low=True)
-        switch = evaluate(self._own["wheelbase_curving"], known)
+                    part.checked(field, evaluate(text, known, f"{field} of {part.name}"))
+        gravity, switch = (evaluate(self._own[f], known, f) for f in ("gravity", "wheelbase_curving"))
+        checks.number("gravity", gravity, low=0.0, open_low=True, unit="m/s^2")
         if switch not in (0.0, 1.0):
             raise ParameterError(f"wheelbase_curving is {shown(switch)}; it must be 0 or 1")
 
@@ -210,13 +269,13 @@ class Assembly:
     def values(self) -> dict[str, float]:
         """All parameters of the model: those given, then the numbers of the parts."""
         values = dict(self.parameters)
-        own = [(field, field, getattr(self, field)) for field in self._own]
+        own = [(field, getattr(self, field)) for field in self._own]
         own += [
-            (f"{part.name}_{field}", field, getattr(part, field))
+            (f"{part.name}_{field}", getattr(part, field))
             for part in self.parts
             for field in part.number_fields()
         ]
-        for name, field, value in own:
+        for name, value in own:
             if value is None or isinstance(value, str):
                 continue
             if name in values:
@@ -317,7 +376,7 @@ def _settings(part: Part) -> list[Any]:
 
 def _renumbered(part: Part, changes: Mapping[str, float]) -> Part:
     """Return a part with those of its own numbers changed that ``changes`` names."""
-    own = {
+    own: dict[str, Any] = {
         field: changes[f"{part.name}_{field}"]
         for field in part.number_fields()
         if f"{part.name}_{field}" in changes and not isinstance(getattr(part, field), (str, type(None)))

@@ -72,8 +72,9 @@ class MovingBody:
     conicity: Number = None
 
     def __post_init__(self) -> None:
-        if not (isinstance(self.name, str) and self.name.isidentifier()):
-            raise ParameterError(f"name of a body is {shown(self.name)}; it must be a word")
+        name: Any = self.name
+        if not (isinstance(name, str) and name.isidentifier()):
+            raise ParameterError(f"name of a body is {shown(name)}; it must be a word")
         for c in COORDINATES:
             state = getattr(self, c)
             if state is not None and getattr(self, f"d{c}") is None:

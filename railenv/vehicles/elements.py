@@ -2,7 +2,8 @@
 
 Numbers are SI. Each is a float, or a text that computes it from the names of parameters
 (``"frame_mass + body_mass / 2"``). A field that is left out (None) is no part of the equations at all.
-Places are those of the vehicle: ``x`` forward, ``y`` to the left, ``z`` up, from an origin of your choice.
+Places are those of the vehicle, from an origin of your choice: ``x`` forward, ``y`` to the left, ``z``
+up.
 """
 
 from __future__ import annotations
@@ -38,9 +39,10 @@ def _nonnegative(unit: str, meaning: str, needed: bool = False) -> Any:
     return _number(unit, meaning, needed=needed, low=0.0)
 
 
-def _characteristic(x: str, y: str, meaning: str) -> Any:
+def _characteristic(x: str, y: str, meaning: str, *, needed: bool = False) -> Any:
     metadata = {"unit": f"{x}, {y}", "meaning": meaning, "table": True}
-    return dataclasses.field(default=None, metadata=metadata)
+    default = dataclasses.MISSING if needed else None
+    return dataclasses.field(default=default, metadata=metadata)
 
 
 def _choice(meaning: str, allowed: tuple[str, ...], default: str) -> Any:
@@ -54,13 +56,16 @@ class Part:
     kind: ClassVar[str]
     """What the part is called in files."""
 
-    name: str
+    name: str = dataclasses.field(
+        metadata={"meaning": "its name: a word of letters, digits and underscores"}
+    )
 
     def __post_init__(self) -> None:
-        if not (isinstance(self.name, str) and self.name.isidentifier()) or self.name.startswith("_"):
+        name: Any = self.name
+        if not (isinstance(name, str) and name.isidentifier()) or name.startswith("_"):
             raise ParameterError(
-                f"name of a {self.kind} is {shown(self.name)}; it must be a word of letters, digits and "
-                "underscores"
+                f"name of a {self.kind} is {shown(name)}; it must be a word of letters, digits "
+                "and underscores"
             )
         for f in dataclasses.fields(self):
             value = getattr(self, f.name)
@@ -124,8 +129,8 @@ class Clamped(Part):
 
     kind = "clamped"
 
-    x: Number = _number("m", "place of its centre along the vehicle")
-    z: Number = _number("m", "height of its centre")
+    x: Number = _number("m", "place of its centre along the vehicle, forward; 0 when left out")
+    z: Number = _number("m", "height of its centre of mass; 0 when left out")
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -143,12 +148,18 @@ class Body(Clamped):
 
     kind = "body"
 
-    mass: Number = _positive("kg", "mass")
-    roll_inertia: Number = _positive("kg m^2", "about x")
-    yaw_inertia: Number = _positive("kg m^2", "about z")
-    pitch_inertia: Number = _nonnegative("kg m^2", "about y; without it the body does not pitch")
-    lateral_load_mass: Number = _nonnegative("kg", "mass whose lateral load it carries; its own")
-    vertical_load_mass: Number = _nonnegative("kg", "mass whose weight it carries; its own")
+    mass: Number = _positive("kg", "mass of the body")
+    roll_inertia: Number = _positive("kg m^2", "moment of inertia about x, at its centre of mass")
+    yaw_inertia: Number = _positive("kg m^2", "moment of inertia about z, at its centre of mass")
+    pitch_inertia: Number = _nonnegative(
+        "kg m^2", "moment of inertia about y; a body without it does not pitch"
+    )
+    lateral_load_mass: Number = _nonnegative(
+        "kg", "mass whose centrifugal and cant force it carries; its own when left out"
+    )
+    vertical_load_mass: Number = _nonnegative(
+        "kg", "mass whose weight it carries; its own when left out"
+    )
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -162,20 +173,26 @@ class Wheelset(Body):
 
     kind = "wheelset"
 
-    pitch_inertia: Number = _nonnegative("kg m^2", "about the axle (gyroscopic terms)", needed=True)
+    pitch_inertia: Number = _nonnegative(
+        "kg m^2", "moment of inertia about the axle, which gives the gyroscopic moments", needed=True
+    )
     wheel_radius: Number = _positive("m", "nominal rolling radius")
     half_gauge: Number = _positive("m", "half the distance between the contact points")
-    conicity: Number = _number("1", "of the treads", needed=True, low=0.0, open_low=True, high=0.7)
-    friction: Number = _number(
-        "1", "coefficient of wheel and rail", needed=True, low=0.0, open_low=True, high=2.0
+    conicity: Number = _number(
+        "1", "cone angle of the treads", needed=True, low=0.0, open_low=True, high=0.7
     )
-    flange_clearance: Number = _positive("m", "lateral clearance up to flange contact")
-    lateral_creep: Number = _positive("N", "creep coefficient f_11")
-    lateral_spin_creep: Number = _nonnegative("N m", "creep coefficient f_12", needed=True)
-    spin_creep: Number = _nonnegative("N m^2", "creep coefficient f_22", needed=True)
-    longitudinal_creep: Number = _positive("N", "creep coefficient f_33")
-    vertical_rail_stiffness: Number = _positive("N/m", "under one wheel")
-    lateral_rail_stiffness: Number = _positive("N/m", "behind the flange")
+    friction: Number = _number(
+        "1", "friction coefficient of wheel and rail", needed=True, low=0.0, open_low=True, high=2.0
+    )
+    flange_clearance: Number = _positive("m", "lateral way of the wheelset up to flange contact")
+    lateral_creep: Number = _positive("N", "creep coefficient f_11 of a wheel, lateral")
+    lateral_spin_creep: Number = _nonnegative(
+        "N m", "creep coefficient f_12 of a wheel, lateral by spin", needed=True
+    )
+    spin_creep: Number = _nonnegative("N m^2", "creep coefficient f_22 of a wheel, spin", needed=True)
+    longitudinal_creep: Number = _positive("N", "creep coefficient f_33 of a wheel, longitudinal")
+    vertical_rail_stiffness: Number = _positive("N/m", "vertical stiffness of the rail under one wheel")
+    lateral_rail_stiffness: Number = _positive("N/m", "lateral stiffness of the rail behind the flange")
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -195,18 +212,22 @@ class Element(Part):
     magnitudes: ClassVar[float] = 1e-3
     """Typical magnitude of the element's own states."""
 
-    between: tuple[str, str]
-    x: Number = _number("m", "place along the vehicle; that of the first body")
-    y: Number = _number("m", "lateral place, or arm of a pair")
-    z: Number = _number("m", "height")
+    between: tuple[str, str] = dataclasses.field(
+        metadata={"meaning": 'the two bodies to which it is attached, or one and "ground", the track'}
+    )
+    x: Number = _number("m", "place along the vehicle; that of the first body when left out")
+    y: Number = _number("m", "lateral place, to the left, or arm of a pair; 0 when left out")
+    z: Number = _number("m", "height; 0 when left out")
 
     pair: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         between: Any = self.between
-        if isinstance(between, (str, bytes)) or len(tuple(between)) != 2:
+        names = tuple(between) if isinstance(between, (list, tuple)) else ()
+        if len(names) != 2 or not all(isinstance(name, str) for name in names):
             raise ParameterError(
-                f"between of {shown(self.name)} is {shown(between)}; it must be two names of bodies"
+                f"between of {shown(self.name)} is {shown(between)}; it must be two names of "
+                'bodies, or of one and "ground"'
             )
         object.__setattr__(self, "between", tuple(between))
         super().__post_init__()
@@ -232,7 +253,7 @@ class _Paired(Element):
     """An element that stands once, or twice at +-y."""
 
     pair: bool = dataclasses.field(  # type: ignore[misc]
-        default=False, metadata={"meaning": "stands left and right, at +y and -y"}
+        default=False, metadata={"meaning": "true: one stands at +y and one at -y; it needs y then"}
     )
 
     def __post_init__(self) -> None:
@@ -245,7 +266,7 @@ class _Paired(Element):
 
 @dataclass(frozen=True, kw_only=True)
 class Spring(_Paired):
-    """Springs and dampers in parallel along x, y and z, and bending stiffnesses; each of a pair."""
+    """Linear springs and dampers in parallel along x, y and z, and against turning; each of a pair."""
 
     kind = "spring"
     law = staticmethod(laws.spring)
@@ -256,9 +277,9 @@ class Spring(_Paired):
     c_x: Number = _nonnegative("N s/m", "longitudinal damping")
     c_y: Number = _nonnegative("N s/m", "lateral damping")
     c_z: Number = _nonnegative("N s/m", "vertical damping")
-    k_roll: Number = _nonnegative("N m/rad", "bending stiffness about x")
-    k_pitch: Number = _nonnegative("N m/rad", "bending stiffness about y")
-    k_yaw: Number = _nonnegative("N m/rad", "bending stiffness about z")
+    k_roll: Number = _nonnegative("N m/rad", "stiffness against rolling of its ends, about x")
+    k_pitch: Number = _nonnegative("N m/rad", "stiffness against pitching of its ends, about y")
+    k_yaw: Number = _nonnegative("N m/rad", "stiffness against yawing of its ends, about z")
 
     @property
     def stiff(self) -> bool:
@@ -276,9 +297,11 @@ class Damper(_Paired):
     kind = "damper"
     law = staticmethod(laws.damper)
 
-    axis: str = _choice("along which it acts", _AXIS, "y")
-    c: Number = _nonnegative("N s/m", "damping constant")
-    force: Points | None = _characteristic("m/s", "N", "force over speed from (0, 0) on, odd")
+    axis: str = _choice("axis along which it acts", _AXIS, "y")
+    c: Number = _nonnegative("N s/m", "damping constant; or give force")
+    force: Points | None = _characteristic(
+        "m/s", "N", "speeds and forces from (0, 0) on, the same either way; linear beyond the last"
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -292,10 +315,14 @@ class SeriesDamper(_Paired):
     kind = "series_damper"
     law = staticmethod(laws.series_damper)
 
-    axis: str = _choice("along which it acts", _AXIS, "x")
-    k: Number = _positive("N/m", "stiffness of its ends, in series")
-    c: Number = _number("N s/m", "damping constant", low=0.0, open_low=True)
-    force: Points | None = _characteristic("m/s", "N", "force over speed from (0, 0) on, odd, rising")
+    axis: str = _choice("axis along which it acts", _AXIS, "x")
+    k: Number = _positive("N/m", "stiffness of its rubber ends together, in series with the damper")
+    c: Number = _number("N s/m", "damping constant; or give force", low=0.0, open_low=True)
+    force: Points | None = _characteristic(
+        "m/s",
+        "N",
+        "speeds and rising forces from (0, 0) on, the same either way; linear beyond the last",
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -320,14 +347,17 @@ class Stop(_Paired):
     kind = "stop"
     law = staticmethod(laws.stop)
 
-    axis: str = _choice("along which it acts", _AXIS, "y")
+    axis: str = _choice("axis along which it acts", _AXIS, "y")
     force: Points | None = _characteristic(
-        "m", "N", "force over displacement, either way; the first point is the clearance with force 0"
+        "m",
+        "N",
+        "displacements and forces, the same either way; the first is the clearance, with force 0",
+        needed=True,
     )
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.force is None or self.force[1][0] != 0.0:
+        if not self.force or self.force[1][0] != 0.0:
             raise ParameterError(
                 f"force of {self.name} is {shown(self.force)}; it must be a table whose first point is "
                 "the clearance, with the force 0"
@@ -341,8 +371,8 @@ class RollBar(Element):
     kind = "roll_bar"
     law = staticmethod(laws.roll_bar)
 
-    k: Number = _positive("N m/rad", "roll stiffness")
-    c: Number = _nonnegative("N m s/rad", "roll damping")
+    k: Number = _positive("N m/rad", "stiffness against roll of one body on the other")
+    c: Number = _nonnegative("N m s/rad", "damping of that roll")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -363,9 +393,9 @@ class FrictionElement(_Paired):
     kind = "friction"
     law = staticmethod(laws.friction)
 
-    axis: str = _choice("along which it acts", _AXIS, "y")
+    axis: str = _choice("axis along which it acts", _AXIS, "y")
     force: Number = _nonnegative("N", "friction force when sliding", needed=True)
-    width: Number = _positive("m/s", "speed at which it has 71 % of that")
+    width: Number = _positive("m/s", "speed at which the force is 71 % of that")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -375,11 +405,11 @@ class YawDamper(Element):
     kind = "yaw_damper"
     law = staticmethod(laws.yaw_damper)
 
-    y: Number = _positive("m", "arm")
-    c1: Number = _number("N s/m", "linear term", needed=True)
-    c2: Number = _number("N s^2/m^2", "quadratic term", needed=True)
-    c3: Number = _number("N s^3/m^3", "cubic term", needed=True)
-    c4: Number = _number("N s^4/m^4", "quartic term", needed=True)
+    y: Number = _positive("m", "lateral arm of its force")
+    c1: Number = _number("N s/m", "linear term of force over speed", needed=True)
+    c2: Number = _number("N s^2/m^2", "quadratic term of force over speed", needed=True)
+    c3: Number = _number("N s^3/m^3", "cubic term of force over speed", needed=True)
+    c4: Number = _number("N s^4/m^4", "quartic term of force over speed", needed=True)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -422,6 +452,5 @@ def _one_of(part: Part, first: str, second: str) -> None:
     """Raise unless exactly one of two fields is given."""
     given = [name for name in (first, second) if getattr(part, name) is not None]
     if len(given) != 1:
-        raise ParameterError(
-            f"{part.name} has {' and '.join(given) or 'neither'} of {first} and {second}; give one"
-        )
+        has = f"both {first} and {second}" if given else f"neither {first} nor {second}"
+        raise ParameterError(f"{part.name} has {has}; give one of them")

@@ -18,45 +18,49 @@ _OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.USub, ast.UAdd)
 
 
 @cache
-def compiled(text: str) -> tuple[CodeType, tuple[str, ...]]:
-    """Return the code of an expression and the names that it reads.
-
-    Raises
-    ------
-    ParameterError
-        If it is anything but arithmetic on names and numbers.
-    """
+def _compiled(text: str) -> tuple[CodeType, tuple[str, ...]] | None:
+    """Return the code of an expression and the names that it reads; None where it is no arithmetic."""
     try:
         tree = ast.parse(text.strip(), mode="eval")
+        for node in ast.walk(tree):
+            number = isinstance(node, ast.Constant) and type(node.value) in (int, float)
+            allowed = isinstance(node, (*_ALLOWED, *_OPERATORS))
+            if not allowed or (isinstance(node, ast.Constant) and not number):
+                return None
+        names = sorted({node.id for node in ast.walk(tree) if isinstance(node, ast.Name)})
+        return compile(tree, "<expression>", "eval"), tuple(names)
     except (SyntaxError, ValueError, RecursionError, MemoryError):
-        raise ParameterError(f"expression is {shown(text)}; {_ADVICE}") from None
-    for node in ast.walk(tree):
-        number = isinstance(node, ast.Constant) and type(node.value) in (int, float)
-        allowed = isinstance(node, (*_ALLOWED, *_OPERATORS))
-        if not allowed or (isinstance(node, ast.Constant) and not number):
-            raise ParameterError(f"expression is {shown(text)}; {_ADVICE}")
-    names = sorted({node.id for node in ast.walk(tree) if isinstance(node, ast.Name)})
-    return compile(tree, "<expression>", "eval"), tuple(names)
+        return None
 
 
-_ADVICE = "it must be arithmetic (+ - * / and brackets) on names of parameters and numbers"
-
-
-def evaluate(text: str, values: Any) -> Any:
+def evaluate(text: str, values: Any, label: str = "expression") -> Any:
     """Return an expression's value; ``values`` maps names to numbers or symbols.
+
+    Parameters
+    ----------
+    text : str
+    values : mapping of str to number or symbol
+    label : str
+        What the expression gives, in messages.
 
     Raises
     ------
     UnknownNameError
         If it reads a name that there is not.
     ParameterError
-        If it divides by zero.
+        If it is anything but arithmetic on names and numbers, or divides by zero.
     """
-    code, names = compiled(text)
+    found = _compiled(text)
+    if found is None:
+        raise ParameterError(
+            f"{label} is {shown(text)}; it must be a number, or arithmetic (+ - * / and brackets) on "
+            "numbers and names of parameters"
+        )
+    code, names = found
     for name in names:
         if name not in values:
-            raise UnknownNameError("parameter", name, list(values))
+            raise UnknownNameError(f"parameter in {label}", name, list(values))
     try:
         return eval(code, {"__builtins__": {}}, dict(values))
     except ZeroDivisionError:
-        raise ParameterError(f"{text} divides by zero") from None
+        raise ParameterError(f"{label} is {shown(text)}, which divides by zero") from None

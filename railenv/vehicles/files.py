@@ -12,17 +12,29 @@ from functools import cache
 from importlib import resources
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from railenv import checks
 from railenv.errors import ParameterError, shown
-from railenv.vehicles.assembly import Assembly
 from railenv.vehicles.elements import BODIES, ELEMENTS, Part
+
+if TYPE_CHECKING:
+    from railenv.vehicles.assembly import Assembly
 
 KINDS: dict[str, type[Part]] = {kind.kind: kind for kind in (*BODIES, *ELEMENTS)}
 """Classes of the parts, by the name of their tables in a file."""
 
-_PLAIN = ("name", "provenance", "gravity", "wheelbase_curving", "parameters")
+PLAIN: dict[str, tuple[str, str]] = {
+    "name": ("", "what to call the vehicle; the file's name when left out"),
+    "provenance": ("", "where its numbers come from"),
+    "gravity": ("m/s^2", "acceleration due to gravity"),
+    "wheelbase_curving": (
+        "1",
+        "1: bodies at different places see the track turn between them on a curve; 0: they do not",
+    ),
+    "parameters": ("", "numbers that several fields share, by names of your choice"),
+}
+"""Unit and meaning of what a file says of the vehicle as a whole."""
 
 
 def read(path: str | PathLike[str]) -> dict[str, Any]:
@@ -41,11 +53,11 @@ def read(path: str | PathLike[str]) -> dict[str, Any]:
 
 def describes_assembly(data: Mapping[str, Any]) -> bool:
     """Whether the content of a file is that of an assembly, not of a Vehicle's fields."""
-    return any(kind in data for kind in KINDS)
+    return "parameters" in data or any(isinstance(value, list) for value in data.values())
 
 
-def assembly_of(data: Mapping[str, Any], source: str, **own: Any) -> Assembly:
-    """Return the assembly that the content of a file describes; ``own`` replaces plain fields.
+def fields_of(data: Mapping[str, Any], source: str) -> dict[str, Any]:
+    """Return the fields of the assembly that the content of a file describes.
 
     Raises
     ------
@@ -54,16 +66,15 @@ def assembly_of(data: Mapping[str, Any], source: str, **own: Any) -> Assembly:
     UnknownNameError
         If there is a name that a file cannot have.
     """
-    checks.known(f"name in {source}", data, [*_PLAIN, *KINDS])
-    plain = {name: data[name] for name in _PLAIN if name in data} | own
+    checks.known(f"name in {source}", data, [*PLAIN, *KINDS])
+    plain = {name: data[name] for name in PLAIN if name in data}
     bodies = [part for kind in BODIES for part in _parts(kind, data, source)]
     elements = [part for kind in ELEMENTS for part in _parts(kind, data, source)]
-    name = plain.pop("name", Path(source).stem)
-    for text in ("name", "provenance"):
-        value = name if text == "name" else plain.get(text, "")
-        if not isinstance(value, str):
-            raise ParameterError(f"{text} in {source} is {shown(value)}; it must be a text")
-    return Assembly(name=name, bodies=tuple(bodies), elements=tuple(elements), **plain)  # type: ignore[arg-type]
+    plain.setdefault("name", Path(source).stem)
+    for name in ("name", "provenance"):
+        if not isinstance(plain.get(name, ""), str):
+            raise ParameterError(f"{name} in {source} is {shown(plain[name])}; it must be a text")
+    return {**plain, "bodies": bodies, "elements": elements}
 
 
 def _parts(kind: type[Part], data: Mapping[str, Any], source: str) -> list[Part]:
@@ -76,17 +87,21 @@ def _parts(kind: type[Part], data: Mapping[str, Any], source: str) -> list[Part]
     for number, table in enumerate(tables, 1):
         label = f"{table.get('name', f'{kind.kind} number {number}')} in {source}"
         checks.known(f"field of {label}", table, [*fields, "like"])
-        values = {n: tuple(v) if n == "between" else v for n, v in table.items() if n != "like"}
+        values = {n: v for n, v in table.items() if n != "like"}
         if "like" in table:
             by_name = {part.name: part for part in found}
             checks.known(f"{kind.kind} that {label} is like", [table["like"]], list(by_name))
-            name = values.pop("name", None)
-            found.append(by_name[table["like"]].like(name, **values))  # type: ignore[arg-type]
+            if "name" not in values:
+                raise ParameterError(f"{label} lacks name")
+            name: Any = values.pop("name")
+            found.append(by_name[table["like"]].like(name, **values))
             continue
         needed = [f.name for f in dataclasses.fields(kind) if f.default is dataclasses.MISSING]
         missing = [n for n in needed if n not in values]
         if missing:
-            raise ParameterError(f"{label} lacks {', '.join(missing)}")
+            ends = ' (the two bodies to which it is attached, or one and "ground")'
+            listed = [n + ends * (n == "between") for n in missing]
+            raise ParameterError(f"{label} lacks {', '.join(listed)}")
         found.append(kind(**values))
     return found
 
@@ -103,15 +118,16 @@ def text_of(assembly: Assembly, units: Mapping[str, str] | None = None) -> str:
     import tomlkit
 
     document = tomlkit.document()
-    document.add("name", tomlkit.item(assembly.name))
-    document.add("provenance", tomlkit.item(assembly.provenance))
-    for name, meaning in (("gravity", "m/s^2"), ("wheelbase_curving", "1 or 0")):
-        document.add(name, tomlkit.item(getattr(assembly, name)).comment(meaning))
+    for name, (unit, meaning) in PLAIN.items():
+        if name == "parameters":
+            continue
+        item = tomlkit.item(getattr(assembly, name))
+        document.add(name, item.comment(comment(unit, meaning)) if unit else item)
     if assembly.parameters:
         shared = tomlkit.table()
         for name, value in assembly.parameters.items():
             item = tomlkit.item(value)
-            shared.add(name, item.comment((units or {}).get(name, "")) if units else item)
+            shared.add(name, item.comment(units[name]) if units and name in units else item)
         document.add("parameters", shared)
     for kind in (*BODIES, *ELEMENTS):
         tables = [_table(part) for part in assembly.parts if type(part) is kind]
@@ -121,6 +137,11 @@ def text_of(assembly: Assembly, units: Mapping[str, str] | None = None) -> str:
                 array.append(table)
             document.add(kind.kind, array)
     return tomlkit.dumps(document)
+
+
+def comment(unit: str, meaning: str) -> str:
+    """Return what stands behind a number in a file."""
+    return f"{meaning} [{unit}]" if unit else meaning
 
 
 def _table(part: Part) -> Any:
@@ -135,7 +156,7 @@ def _table(part: Part) -> Any:
             value = [list(v) if isinstance(v, tuple) else v for v in value]
         item = tomlkit.item(value)
         if "unit" in f.metadata:
-            item.comment(f"{f.metadata['unit']}: {f.metadata['meaning']}")
+            item.comment(comment(f.metadata["unit"], f.metadata["meaning"]))
         table.add(f.name, item)
     return table
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import tomllib
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import Any, Literal, Self, get_args
 
 from railenv import checks
 from railenv.errors import ParameterError
+from railenv.vehicles import files
 from railenv.vehicles.guided import klingel_wavelength
 from railenv.vehicles.records import ParameterRecord, nonnegative, positive, quantity
 
@@ -183,8 +183,7 @@ class Vehicle(ParameterRecord):
         document = tomlkit.document()
         for f in dataclasses.fields(self):
             item = tomlkit.item(getattr(self, f.name))
-            unit = f.metadata.get("unit")
-            item.comment(f"{f.metadata['meaning']}" + (f" [{unit}]" if unit else ""))
+            item.comment(files.comment(f.metadata.get("unit", ""), f.metadata["meaning"]))
             document.add(f.name, item)
         text = tomlkit.dumps(document)
         if path is not None:
@@ -205,11 +204,11 @@ class Vehicle(ParameterRecord):
         UnknownNameError
             If the file has a key that is not a field.
         """
-        try:
-            text = Path(path).read_text(encoding="utf-8")
-            data = tomllib.loads(text)
-        except (RecursionError, tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise ParameterError(f"{path} is not a TOML file: {error}") from None
+        data = files.read(path)
+        if files.describes_assembly(data):
+            raise ParameterError(
+                f"{path} describes the parts of a vehicle; it is read by railenv.Assembly.from_toml"
+            )
         names = [f.name for f in dataclasses.fields(cls)]
         checks.known(f"field in {path}", set(data) - {"base"}, names)
         if "base" in data:
@@ -228,6 +227,17 @@ class Vehicle(ParameterRecord):
 def _values(vehicle: Vehicle) -> dict[str, Any]:
     return {f.name: getattr(vehicle, f.name) for f in dataclasses.fields(vehicle)}
 
+
+COMMENTS: dict[str, str] = {
+    **{
+        f.name: files.comment(f.metadata["unit"], f.metadata["meaning"])
+        for f in dataclasses.fields(Vehicle)
+        if "bounds" in f.metadata
+    },
+    "wheelbase_curving": "1: wheelsets and frame see the track turn between them on a curve; 0: not",
+    "printed_loads": "1: the print's load bookkeeping, the load on wheelsets and frame; 0: once",
+}
+"""Unit and meaning of :meth:`Vehicle.parameters`, for files."""
 
 QUANTITIES = tuple(f.name for f in dataclasses.fields(Vehicle) if "bounds" in f.metadata)
 """Names of the fields of a Vehicle that hold a physical quantity."""

@@ -8,7 +8,6 @@ import pytest
 import agents
 import design
 import railenv
-from agents.controllers.controller import vehicle_name
 from agents.evaluation.rollout import leading
 from railenv.errors import ParameterError
 from tests.vehicles import EQUIPPED, sprung_wheelset
@@ -87,8 +86,8 @@ def test_what_needs_other_actuators_says_what_there_is():
 def test_usual_equipment_of_any_vehicle():
     assert agents.equipped(sprung_wheelset()).command_names == ("command_w",)
     assert agents.equipped(railenv.CooperriderBogie()).command_names == ("command_b",)
-    assert vehicle_name(EQUIPPED["own"]()) == "sprung_wheelset"
-    assert vehicle_name(EQUIPPED["both"]()) == "HIGH_SPEED_COACH"
+    assert EQUIPPED["own"]().vehicle_name == "sprung_wheelset"
+    assert EQUIPPED["both"]().vehicle_name == "HIGH_SPEED_COACH"
 
 
 @every

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import subprocess
 import sys
 
@@ -87,10 +88,102 @@ def test_vehicles_lists_every_field_and_round_trips_as_toml(tmp_path):
     described = invoke("vehicles", "TABLE_1")
     assert "514000" in described
     file = tmp_path / "table_1.toml"
-    file.write_text(invoke("vehicles", "TABLE_1", "--toml"))
-    assert railenv.Vehicle.from_toml(file) == railenv.TABLE_1
+    for model, kind in (("bogie", railenv.Bogie), ("dual-wheelset", railenv.DualWheelset)):
+        file.write_text(invoke("vehicles", "TABLE_1", "--toml", "--model", model))
+        assert railenv.Assembly.from_toml(file) == kind(railenv.TABLE_1).assembly
     data = json.loads(invoke("vehicles", "--json"))
     assert [v["name"] for v in data] == ["TABLE_1", "TABLE_1_PRINTED_LOADS", "HIGH_SPEED_COACH"]
+
+
+@pytest.fixture(scope="module")
+def parts(tmp_path_factory):
+    """A file of parts: the coach, which has the kernels of the shipped one."""
+    file = tmp_path_factory.mktemp("parts") / "mine.toml"
+    railenv.Bogie(railenv.HIGH_SPEED_COACH.replace(name="mine")).assembly.to_toml(file)
+    return file
+
+
+def test_a_file_of_parts_is_a_vehicle_of_every_command(parts, tmp_path):
+    assert invoke("critical-speed", "-v", parts) == "mine: hunting from 116.1213 m/s at 3.0553 Hz\n"
+    worn = json.loads(invoke("critical-speed", "-v", parts, "--set", "conicity=0.2", "--json"))
+    plain = json.loads(invoke("critical-speed", "--set", "conicity=0.2", "--json"))
+    assert worn["speed"] == pytest.approx(plain["speed"], rel=1e-9)
+    damped = json.loads(
+        invoke("critical-speed", "-v", parts, "--controller", "output-feedback", "--json")
+    )
+    same = json.loads(invoke("critical-speed", "--controller", "output-feedback", "--json"))
+    assert damped["speed"] == pytest.approx(same["speed"], rel=1e-9)
+    assert len(json.loads(invoke("locus", "-v", parts, "--points", 3, "--json"))["real"]) == 3
+    assert "command_b" in invoke("margins", "-v", parts, "-s", 100, "--yaw-rate-gain", 1e5)
+    assert "y_w1" in invoke("simulate", "-v", parts, "-s", 100, "--duration", 0.1)
+    axes = ("--x", "conicity:0.05,0.3", "--y", "friction:0.2,0.3", "--jobs", 1)
+    assert "critical speed" in invoke("map", "-v", parts, *axes)
+    assert "hunting from 116.1213" in invoke("bifurcation", "-v", parts, "--points", 3)
+
+
+def test_a_file_of_parts_is_shown(parts):
+    listed = invoke("vehicles", parts)
+    assert "read by" in listed
+    assert set(railenv.TABLE_1.parameters()) <= set(listed.split())
+    assert invoke("vehicles", parts, "--toml").startswith('name = "mine"')
+    data = json.loads(invoke("vehicles", parts, "--json"))
+    assert data["values"]["conicity"] == 0.05
+    assert data["parts"][0]["kind"] == "wheelset"
+
+
+def test_warming_is_done_once_and_said(parts):
+    command = ("warm", "--no-shipped", "--toml", parts)
+    assert "sets of kernels in" in invoke(*command)
+    data = json.loads(invoke(*command, "--json"))
+    assert [job["kernels"] for job in data["jobs"]] == [
+        "mine: analyses and simulation",
+        "mine: batches",
+        "mine_secondary: analyses and simulation",
+        "mine_secondary: environment",
+        "mine_secondary: vector environment",
+    ]
+
+
+def test_training_takes_a_vehicle(parts):
+    pytest.importorskip("yaml", reason="needs the extra rl")
+    shown = json.loads(invoke("train", "ppo", "--vehicle", parts, "--show"))
+    assert shown["railenv/Bogie-v0"]["env_kwargs"]["vehicle"] == str(parts)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["critical-speed", "-m", "dual-wheelset"], "--model is dual-wheelset; .* is its own model"),
+        (["critical-speed", "-m", "cooperrider"], None),
+        (["critical-speed", "--set", "conicty=0.1"], r"did you mean 'conicity'\?\); allowed are"),
+    ],
+)
+def test_errors_with_a_file_of_parts(parts, arguments, message):
+    result = runner.invoke(cli.app, [*arguments, "-v", str(parts)])
+    if message is None:  # the Cooperrider bogie has its own numbers, whatever the vehicle
+        assert result.exit_code == 0
+        return
+    assert re.search(message, str(result.exception))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--markdown"], "--markdown is for bogies' numbers"),
+        (["--toml", "--model", "dual-wheelset"], "describes its own parts"),
+        (["--model", "dual-wheelset"], "it is for --toml"),
+    ],
+)
+def test_errors_of_showing_a_file_of_parts(parts, arguments, message):
+    result = runner.invoke(cli.app, ["vehicles", str(parts), *arguments])
+    assert message in str(result.exception)
+
+
+def test_warming_a_file_of_numbers_is_refused(tmp_path):
+    file = tmp_path / "flat.toml"
+    railenv.TABLE_1.to_toml(file)
+    result = runner.invoke(cli.app, ["warm", "--no-shipped", "--toml", str(file)])
+    assert "has the kernels of the shipped ones" in str(result.exception)
 
 
 def test_locus_as_table_json_and_plot(tmp_path):
@@ -214,7 +307,7 @@ def test_simulate_reports_growth_above_the_critical_speed_and_writes_all_states(
 
 
 @pytest.mark.parametrize(
-    "command", ["vehicles", "critical-speed", "locus", "margins", "simulate", "reproduce"]
+    "command", ["vehicles", "critical-speed", "locus", "margins", "simulate", "reproduce", "warm"]
 )
 def test_every_option_of_every_command_is_explained(command):
     parameters = get_command(cli.app).commands[command].params
