@@ -72,7 +72,39 @@ _MODULES = {
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 
-__all__ = sorted(_HOME)  # noqa: PLE0605
+__all__ = [
+    "COOPERRIDER",
+    "HIGH_SPEED_COACH",
+    "PRESETS",
+    "TABLE_1",
+    "TABLE_1_PRINTED_LOADS",
+    "Actuator",
+    "Assembled",
+    "Assembly",
+    "Bogie",
+    "CompilationError",
+    "CooperriderBogie",
+    "CooperriderParameters",
+    "DualWheelset",
+    "EquationError",
+    "Equilibrium",
+    "EquilibriumError",
+    "Equipped",
+    "LateralActuator",
+    "MissingPackageError",
+    "Model",
+    "MovingBody",
+    "ParameterError",
+    "RailenvError",
+    "Sensors",
+    "SimulationError",
+    "Track",
+    "UnknownNameError",
+    "Vehicle",
+    "YawActuator",
+    "find_equilibrium",
+    "simulate",
+]
 
 
 if not TYPE_CHECKING:  # type checkers read the imports above

@@ -78,7 +78,8 @@ class Equipped(Model):
         actuators: Sequence[YawActuator] | None = None,
         sensed: Sequence[str] | None = None,
     ) -> None:
-        if not isinstance(plant, Model) or isinstance(plant, Equipped):
+        given: Any = plant
+        if not isinstance(given, Model) or isinstance(given, Equipped):
             raise ParameterError(f"plant is {plant!r}; it must be a railenv.Model without equipment")
         if not plant.body_names:
             raise ParameterError(
@@ -89,23 +90,18 @@ class Equipped(Model):
         self.sensors = Sensors.standard() if sensors is None else sensors
         if not isinstance(self.sensors, Sensors):
             raise ParameterError(f"sensors is {self.sensors!r}; it must be a railenv.Sensors")
-        if actuator is not None and not isinstance(actuator, Actuator):
-            raise ParameterError(f"actuator is {actuator!r}; it must be a railenv.Actuator")
+        self.place: str
         if actuators is None:
-            chosen = mounting.usual(plant, "secondary" if place is None else place)
-            self.place: str = "secondary" if place is None else place
-            groups = {
-                group: actuator or getattr(Actuator, kind)() for group, kind in chosen.groups.items()
-            }
-            mounts, extra = chosen.mounts, {}
+            self.place = "secondary" if place is None else place
+            mounted = _usual(plant, self.place, actuator)
+        elif place is not None or actuator is not None:
+            raise ParameterError(
+                "actuators are given, and place or actuator as well; give either them or these"
+            )
         else:
-            if place is not None or actuator is not None:
-                raise ParameterError(
-                    "actuators are given, and place or actuator as well; give either them or these"
-                )
             self.place = "custom"
-            mounts, groups, extra = _mounted(plant, actuators)
-        self._equip(mounts, groups, extra, mounting.sensed_bodies(plant, sensed))
+            mounted = _mounted(plant, actuators)
+        self._equip(*mounted, mounting.sensed_bodies(plant, sensed))
 
     def _equip(
         self,
@@ -119,10 +115,8 @@ class Equipped(Model):
         self._places = dict(extra)
         delays = {a.delay for a in self.groups.values()}
         if len(delays) > 1:
-            raise ParameterError(
-                f"delays of the actuators are {', '.join(f'{d:g}' for d in sorted(delays))} s; they must "
-                "be the same"
-            )
+            listed = ", ".join(f"{d:g}" for d in sorted(delays))
+            raise ParameterError(f"delays of the actuators are {listed} s; they must be the same")
         lateral = mounting.lateral_rates(plant, sensed)
         wheelsets = mounting.wheelsets_with_forces(plant)
         self.equipment = Equipment(
@@ -402,12 +396,23 @@ def _own_names(actuator: Actuator) -> list[str]:
     return [name for name in _names(actuator) if name != "delay"]
 
 
-def _mounted(
-    plant: Model, actuators: Sequence[YawActuator]
-) -> tuple[list[Mount], dict[str, Actuator], dict[str, float]]:
-    """Return mounts, kinds of actuators by prefix, and places of actuators given one by one."""
-    given = list(actuators)
-    wrong: list[Any] = [a for a in given if not isinstance(a, YawActuator)]
+_Mounted = tuple[Sequence[Mount], dict[str, Actuator], dict[str, float]]
+"""Where actuators are mounted, their kinds by prefix, and places of lateral ones."""
+
+
+def _usual(plant: Model, place: str, actuator: Actuator | None) -> _Mounted:
+    """Return the yaw actuators of one of the usual places."""
+    if actuator is not None and not isinstance(actuator, Actuator):
+        raise ParameterError(f"actuator is {actuator!r}; it must be a railenv.Actuator")
+    chosen = mounting.usual(plant, place)
+    groups = {g: actuator or getattr(Actuator, kind)() for g, kind in chosen.groups.items()}
+    return chosen.mounts, groups, {}
+
+
+def _mounted(plant: Model, actuators: Sequence[YawActuator]) -> _Mounted:
+    """Return actuators given one by one."""
+    given: list[Any] = list(actuators)
+    wrong = [a for a in given if not isinstance(a, YawActuator)]
     if wrong:
         raise ParameterError(
             f"actuators has {shown(wrong[0])}; it may have railenv.YawActuator and LateralActuator"
@@ -416,7 +421,9 @@ def _mounted(
     if len(set(names)) < len(names):
         raise ParameterError(f"actuators are named {', '.join(names)}; names must differ")
     alike = len({a.actuator for a in given}) == 1
-    mounts, groups, places = [], {}, {}
+    mounts: list[Mount] = []
+    groups: dict[str, Actuator] = {}
+    places: dict[str, float] = {}
     for a in given:
         group = "" if alike else f"{a.name}_"
         groups[group] = a.actuator

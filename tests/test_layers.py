@@ -71,7 +71,7 @@ def test_names_load_lazily_from_where_type_checkers_see_them():
         for alias in node.names
     }
     assert seen == {name: f"railenv.{module}" for name, module in railenv._HOME.items()}
-    assert railenv.__all__ == sorted(seen)
+    assert sorted(railenv.__all__) == sorted(seen)
     for name in seen:
         assert getattr(railenv, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'Boogie'"):

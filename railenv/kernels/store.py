@@ -1,8 +1,8 @@
 """Texts of kernels, written when a structure is first used and kept in the cache.
 
-Tracing and differentiating equations takes a second or two and needs SymPy. The text is therefore kept
-under the hash of the structure (what the equations are made of, without the numbers) and of the code that
-writes it, neither of which needs tracing.
+Tracing and differentiating equations takes a second or two and needs SymPy. The text is therefore
+kept under the hash of the structure (what the equations are made of, without the numbers) and of the
+code that writes it, neither of which needs tracing.
 """
 
 from __future__ import annotations

@@ -21,8 +21,8 @@ def _positive(symbol: str, unit: str, meaning: str, **bounds: float) -> Any:
 class Actuator(ParameterRecord):
     """Actuated damper: a limit, a lag and a delay; as a yaw damper two longitudinal actuators.
 
-    Limits of a lateral actuator are in N instead of N m. ``Actuator.secondary()`` and ``Actuator.primary()`` have realistic numbers; change them with
-    ``replace``.
+    Limits of a lateral actuator are in N instead of N m. ``Actuator.secondary()`` and
+    ``Actuator.primary()`` have realistic numbers; change them with ``replace``.
 
     Raises
     ------
