@@ -176,7 +176,7 @@ def test_linear_model_of_the_equipped_vehicle_sees_the_sensors_filters():
     [
         (lambda: railenv.Equipped(DUAL, "secondary"), "'none', 'primary'"),
         (lambda: railenv.Equipped(COACH, "roof"), "place is 'roof'"),
-        (lambda: railenv.Equipped(railenv.CooperriderBogie()), "must be a Bogie or a DualWheelset"),
+        (lambda: railenv.Equipped(railenv.HIGH_SPEED_COACH), "must be a railenv.Model without equip"),
         (lambda: railenv.Equipped(COACH, actuator=5.0), "must be a railenv.Actuator"),
         (lambda: railenv.Actuator.secondary().replace(delay=-0.01), "delay is -0.01 s"),
         (lambda: railenv.Actuator.primary().replace(limit=0.0), "limit is 0 N m"),
