@@ -32,6 +32,8 @@ _CLEAR = 0.3  # m of track beyond frames and other bodies
 _BEAM, _SIDE = 0.62, 1.3  # of half the gauge: a frame's side beams, the sides of other bodies
 _WHEEL = 0.42  # m, length of a wheel in plan view
 _VISIBLE = 1e-3  # of the largest displacement
+_LONG = 6.0  # m between the outermost wheelsets, from which a view takes a row
+_MOST_ROLLS = 3  # bodies of which is said how they roll, the largest
 
 
 def plot_bars(shape: ModeShape, ax: Axes | None = None) -> control.ControlPlot:
@@ -62,11 +64,7 @@ def plot_plan(shape: ModeShape, ax: Axes | None, phases: Sequence[float]) -> con
             _Plan(shape, ax).draw(math.radians(chosen[0]))
             ax.set_title(_title(shape))
             return drawn_on(ax)
-        rows = math.ceil(len(chosen) / 2)
-        columns = min(2, len(chosen))
-        figure, axes = plt.subplots(
-            rows, columns, figsize=(4.2 * columns, 0.9 + 2.6 * rows), squeeze=False
-        )
+        figure, axes = _panels(shape, len(chosen))
         for place, phase in zip(axes.flat, chosen, strict=False):
             plan = _Plan(shape, place)
             plan.draw(math.radians(phase))
@@ -87,6 +85,17 @@ def plot_plan(shape: ModeShape, ax: Axes | None, phases: Sequence[float]) -> con
         for index, place in np.ndenumerate(axes):
             lines[index] = list(place.lines)
         return control.ControlPlot(lines, axes, figure)
+
+
+def _panels(shape: ModeShape, count: int) -> tuple[Figure, Any]:
+    """Return a figure with axes for some plan views: two in a row, or one of a long vehicle."""
+    assert shape.geometry is not None
+    places = [wheelset.x for wheelset in shape.geometry.wheelsets]
+    long = max(places) - min(places) > _LONG
+    columns = 1 if long else min(2, count)
+    rows = math.ceil(count / columns)
+    width, height = (8.4, 1.7) if long else (4.2 * columns, 2.6)
+    return plt.subplots(rows, columns, figsize=(width, 0.9 + height * rows), squeeze=False)
 
 
 def _title(shape: ModeShape) -> str:
@@ -207,9 +216,9 @@ class _Plan:
     def roll(self, phase: float) -> str:
         """Say how the bodies roll, relative to the largest displacement."""
         moved = dict(zip(self.shape.names, self.shape.at(phase), strict=True))
-        said = ", ".join(
-            f"{b.name} {moved[b.phi] + 0.0:+.3f}" for b in self.geometry.bodies if b.phi is not None
-        )
+        rolling = [(b.name, moved[b.phi]) for b in self.geometry.bodies if b.phi is not None]
+        largest = sorted((abs(angle) for _, angle in rolling), reverse=True)[:_MOST_ROLLS]
+        said = ", ".join(f"{n} {a + 0.0:+.3f}" for n, a in rolling if abs(a) >= largest[-1])
         return f"roll {said}" if said else "no roll"
 
 

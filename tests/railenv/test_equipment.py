@@ -220,6 +220,7 @@ def test_linear_model_of_the_equipped_vehicle_sees_the_sensors_filters():
         (lambda: railenv.Equipped(COACH, "both").actuator, "2 kinds of actuators"),
         (lambda: delays(0.0, 0.01), "delays of the actuators are 0, 0.01 s"),
         (lambda: railenv.Equipped(wheelset(), actuators=[lateral("w")]), "no lateral_force"),
+        (lambda: railenv.Equipped(railenv.HIGH_SPEED_COACH), "must be a railenv.Model without equip"),
         (lambda: railenv.Equipped(COACH, actuator=5.0), "must be a railenv.Actuator"),
         (lambda: railenv.Actuator.secondary().replace(delay=-0.01), "delay is -0.01 s"),
         (lambda: railenv.Actuator.primary().replace(limit=0.0), "limit is 0 N m"),
