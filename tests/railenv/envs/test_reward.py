@@ -43,7 +43,7 @@ def expected_terms(env, equilibrium, c, rails):
     model = env.fleet.model
     x = dict(zip(model.state_names, env.fleet.state(0), strict=True))
     x0 = dict(zip(model.plant.state_names, equilibrium, strict=False))
-    vehicle = env.fleet.episodes[0].vehicle
+    vehicle = env.fleet.episodes[0].plant.vehicle
     k, delta = 2.0 * math.pi / vehicle.klingel_wavelength, vehicle.flange_clearance
     hunting = excursion = 0.0
     for i, w in enumerate(("w1", "w2")):
