@@ -140,6 +140,11 @@ def test_commands_run(page, monkeypatch, tmp_path):
         assert result.exit_code == 0, f"{words}: {result.output}"
 
 
+def options_of(command):
+    """Return the options of a command, those that switch something off among them."""
+    return {o for p in command.params for o in (*p.opts, *p.secondary_opts)}
+
+
 def test_commands_in_sentences_exist():
     known = get_command(cli.app).commands
     found = 0
@@ -147,7 +152,7 @@ def test_commands_in_sentences_exist():
         for text in re.findall(r"`railenv ([^`]+)`", TEXTS[page].replace("\n", " ")):
             name, *words = shlex.split(text)
             assert name in known or name.startswith("-"), f"{IDS[page]}: railenv {text}"
-            options = {o for p in known[name].params for o in p.opts} if name in known else {name}
+            options = options_of(known[name]) if name in known else {name}
             unknown = {word for word in words if word.startswith("-")} - options - {"--help"}
             assert not unknown, f"{IDS[page]}: railenv {text}"
             found += 1
