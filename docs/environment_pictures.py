@@ -52,19 +52,20 @@ def frames(case: Case, quiet: float = QUIET, controlled: float = 1.0) -> list[np
 
 
 def write_picture(pictures: Sequence[np.ndarray[Any, Any]], path: Path) -> None:
-    """Write frames as an animated GIF with one palette for all."""
+    """Write frames as an animated WebP with one palette for all, which loses nothing of it."""
     images = [Image.fromarray(p).resize(PICTURE, Image.Resampling.LANCZOS) for p in pictures]
     sample = Image.new("RGB", (PICTURE[0], 3 * PICTURE[1]))
     for row, k in enumerate((0, len(images) // 2, len(images) - 1)):
         sample.paste(images[k], (0, row * PICTURE[1]))
     palette = sample.quantize(COLOURS, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
-    reduced = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
+    quantized = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
+    reduced = [image.convert("RGB") for image in quantized]
     reduced[0].save(
         path,
         save_all=True,
         append_images=reduced[1:],
         duration=math.floor(1000 / FRAMES_PER_SECOND),
         loop=0,
-        optimize=False,
-        disposal=1,
+        lossless=True,
+        method=6,
     )

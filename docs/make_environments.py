@@ -42,7 +42,7 @@ def page(case: Case) -> str:
     blocks = [
         f"# {case.title}",
         prose.summary,
-        f"![{case.title}: hunting on a curve, then controlled]({case.file}.gif)",
+        f"![{case.title}: hunting on a curve, then controlled]({case.file}.webp)",
         _caption(case),
         summary(case, env),
         "## Description",
@@ -177,7 +177,7 @@ def main(
     for case in CASES:
         (FOLDER / f"{case.file}.md").write_text(page(case), encoding="utf-8")
         if pictures:
-            write_picture(frames(case), FOLDER / f"{case.file}.gif")
+            write_picture(frames(case), FOLDER / f"{case.file}.webp")
 
 
 if __name__ == "__main__":

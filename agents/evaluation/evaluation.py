@@ -267,9 +267,9 @@ class Evaluation:
 
 
 def save_evaluations(evaluations: Sequence[Evaluation], path: str | PathLike[str]) -> None:
-    """Write evaluations to a JSON file."""
-    rows = [e.summary() for e in evaluations]
-    write_whole(path, json.dumps(rows, indent=1, allow_nan=False) + "\n")
+    """Write evaluations to a JSON file, one a line."""
+    lines = ",\n".join(json.dumps(e.summary(), allow_nan=False) for e in evaluations)
+    write_whole(path, f"[\n{lines}\n]\n")
 
 
 def load_evaluations(path: str | PathLike[str]) -> list[Evaluation]:
