@@ -30,6 +30,7 @@ from railenv.equations.coordinates import Rail, Wrench
 from railenv.equations.elements import Arm, Relative
 from railenv.equipment import Actuator, Sensors
 from railenv.vehicles import TABLE_1, Vehicle, files
+from railenv.vehicles.assembly import Assembly
 
 _TABLES = ("bogie.toml", "dual_wheelset.toml")
 
@@ -37,7 +38,7 @@ _TABLES = ("bogie.toml", "dual_wheelset.toml")
 def assembled(name: str, symbols: Any = P) -> Any:
     """Return one of the package's assemblies with symbols in all fields."""
     numbers = TABLE_1.parameters()
-    return files.assembly_of(files.shipped(name), name, parameters=numbers).with_numbers(vars(symbols))
+    return Assembly.described(files.shipped(name), name, parameters=numbers).with_numbers(vars(symbols))
 
 
 class OnSymbols:

@@ -37,7 +37,7 @@ class GainLocus(Locus):
         self.dt = loop.dt
         self.sys = loop
 
-    def drawn_on(self, eigenvalues: Complex) -> Complex:
+    def _drawn(self, eigenvalues: Complex) -> Complex:
         """Return eigenvalues (1/s) as poles in the plane of the loop."""
         if self._discrete is None:
             return eigenvalues

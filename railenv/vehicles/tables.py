@@ -179,7 +179,8 @@ def _cells_of(x: Array, name: str) -> int:
     """
     place = (x - x[0]) / (x[-1] - x[0])
     for cells in range(len(x) - 1, _MOST_EXACT + 1):
-        if np.abs(place * cells - np.round(place * cells)).max() < _ON_GRID:
+        at = np.round(place * cells)
+        if np.abs(place * cells - at).max() < _ON_GRID and np.diff(at).min() > 0.0:
             return max(_CELLS_PER_POINT * cells, 2)
     wanted = math.ceil(_CELLS_PER_POINT / float(np.diff(place).min()))
     if wanted > _MOST_CELLS:

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from scipy.interpolate import CubicSpline, PchipInterpolator
+from scipy.interpolate import CubicSpline
 
 import railenv
 from railenv.batch import Batch
@@ -36,15 +36,26 @@ def test_spline_is_scipys_with_its_derivatives(order):
     assert_allclose(found, expected(xs, order), rtol=1e-9, atol=1e-7 * np.abs(found).max())
 
 
-def test_curve_through_points_is_scipys_monotone_one():
-    x, y = [0.0, 0.1, 0.3, 0.6, 1.0], [0.0, 4e3, 6e3, 6.5e3, 9e3]
-    made, expected = Table.through(x, y, odd=True), PchipInterpolator(x, y)
-    # SciPy's first slope knows nothing of the other half of an odd curve: it is left out
-    xs = np.linspace(0.3, 1.0, 400)
-    assert_allclose([made(v) for v in xs], expected(xs), rtol=1e-4)
-    assert_allclose([made(-v) for v in xs], -expected(xs), rtol=1e-4)
-    for v, force in zip(x, y, strict=True):
-        assert made(v) == pytest.approx(force, rel=3e-4, abs=1e-9)
+def test_table_is_straight_between_its_points_and_passes_through_them():
+    x, y = np.array([0.0, 0.1, 0.3, 0.6, 1.0]), np.array([0.0, 4e3, 6e3, 6.5e3, 9e3])
+    made = Table.through(x, y, odd=True)
+    assert_allclose([made(v) for v in x], y, rtol=1e-12, atol=1e-9)
+    rounded = 0.1 / 4  # a quarter of the closest distance, to either side of a point
+    xs = np.linspace(0.0, 1.0, 2001)
+    away = np.abs(xs[:, None] - x).min(axis=1) >= rounded
+    assert_allclose(
+        [made(v) for v in xs[away]], np.interp(xs[away], x, y), rtol=1e-12, err_msg="between points"
+    )
+    assert_allclose([made(-v) for v in xs], [-made(v) for v in xs], rtol=1e-12, atol=1e-9)
+    slopes = np.array([made(v, 1) for v in xs])
+    assert np.abs(np.diff(slopes)).max() < 0.1 * np.ptp(slopes)  # no corner is left
+
+
+def test_knee_of_a_blow_off_damper_stands_where_the_data_sheet_has_it():
+    made = Table.through([0.0, 0.004, 1.0], [0.0, 9810.0, 59560.2], odd=True)
+    assert made(0.002) == pytest.approx(4905.0, rel=1e-9)
+    assert made(0.004) == pytest.approx(9810.0, rel=1e-9)
+    assert made(0.5) == pytest.approx(9810.0 + 0.496 * 49950.0, rel=1e-6)
 
 
 def test_curve_of_monotone_points_never_turns_back():
