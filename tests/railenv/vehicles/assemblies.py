@@ -1,6 +1,7 @@
 """Random vehicles with every kind of element, and what is known of them without the package's laws."""
 
 import dataclasses
+import itertools
 
 import numpy as np
 
@@ -37,7 +38,7 @@ def work(made, x):
     nodes, weights = np.polynomial.legendre.leggauss(2)  # exact for cubics
     parts = [
         (b - a) / 2.0 * np.dot(weights, [made((a + b) / 2.0 + (b - a) / 2.0 * n) for n in nodes])
-        for a, b in zip(ends[:-1], ends[1:], strict=True)
+        for a, b in itertools.pairwise(ends)
     ]
     return np.sign(x) * sum(parts)
 
