@@ -6,13 +6,14 @@ BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 DEVELOPED := $(VENV)/.developed
 CONTROLLERS := passive yaw-rate lqg lqg-scheduled output-feedback lqr lqr-scheduled learned
+COMMIT ?= HEAD
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo report test lint controllers kernels docs site reliability bench clean
+.PHONY: help demo report warm test lint controllers docs site reliability bench bench-against clean
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-13s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 	@echo "The first target run creates $(VENV) with $(PYTHON); override with PYTHON=python3.12."
 
 demo: $(INSTALLED) ## write the first page of the reproduction report to results/
@@ -21,16 +22,21 @@ demo: $(INSTALLED) ## write the first page of the reproduction report to results
 report: $(INSTALLED) ## write the whole reproduction report to results/ (minutes)
 	$(BIN)/railenv reproduce --out results
 
+warm: $(INSTALLED) ## compile all kernels ahead of their first use (minutes)
+	$(BIN)/railenv warm
+
 test: $(DEVELOPED) ## run the tests except those marked slow
 	$(BIN)/python -m pytest -n 2
 
-lint: $(DEVELOPED) ## check style, formatting and types
+lint: $(DEVELOPED) ## check style, formatting, types and the order of imports
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy railenv design agents
+	$(BIN)/lint-imports
 
 docs: $(DEVELOPED) ## regenerate the pages that are made from code and measurements
 	$(BIN)/railenv vehicles --markdown > docs/vehicles.md
+	$(BIN)/python docs/make_vehicle_files.py
 	$(BIN)/python docs/make_environments.py --no-pictures
 	$(BIN)/python docs/make_equations.py
 	$(BIN)/railenv reproduce --out results && cp results/data/claims.json docs/claims.json
@@ -49,11 +55,8 @@ site: $(DEVELOPED) ## build the documentation as a site in site/
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs site
 	@echo "open site/index.html"
 
-kernels: $(DEVELOPED) ## regenerate railenv/kernels from railenv/equations
-	$(BIN)/python -m railenv.kernels.generate
-
 controllers: $(DEVELOPED) ## design, tune and learn the shipped controllers again (minutes)
-	for kind in $(CONTROLLERS); do $(BIN)/railenv tune $$kind --out agents/data/$$kind.npz; done
+	for kind in $(CONTROLLERS); do $(BIN)/railenv tune $$kind --out agents/controllers/data/$$kind.npz; done
 
 reliability: $(DEVELOPED) ## fuzz, damage files, run for hours; docs/reliability.md (15 minutes)
 	$(BIN)/python -m benchmarks.reliability.run
@@ -62,9 +65,12 @@ reliability: $(DEVELOPED) ## fuzz, damage files, run for hours; docs/reliability
 bench: $(DEVELOPED) ## run the benchmarks
 	$(BIN)/python -m benchmarks.run
 
+bench-against: $(DEVELOPED) ## compare the speed with that of a commit: COMMIT=main (minutes)
+	$(BIN)/python -m benchmarks.against $(COMMIT)
+
 clean: ## remove results/, caches and build products (keeps the environment)
 	rm -rf results build dist site htmlcov .coverage .coverage.* coverage.xml
-	rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis *.egg-info
+	rm -rf .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis *.egg-info
 	find . -path ./$(VENV) -prune -o -type d -name __pycache__ -prune -exec rm -rf {} +
 
 # What a user installs; enough for demo and report.

@@ -3,31 +3,32 @@
 >>> import agents, railenv
 >>> controller = agents.LQR.design(railenv.Bogie(railenv.HIGH_SPEED_COACH), speed=160.0)
 
-``agents.train`` trains policies, and ``agents.sb3`` gives the vector environments to Stable-Baselines3
-(extra ``rl``). The name ``agents`` is used by other distributions too; ``__distribution__`` tells this
-one.
+``agents.train`` trains policies, and ``agents.learning.sb3`` gives the vector environments to
+Stable-Baselines3 (extra ``rl``). The name ``agents`` is used by other distributions too;
+``__distribution__`` tells this one.
 """
 
-from agents.controller import Controller, equipped
-from agents.evaluation import Evaluation, Plan, evaluate, load_evaluations, save_evaluations
-from agents.growth import growth_rates, simulated_critical_speed
-from agents.learned import LearnedPolicy
-from agents.lessons import Lessons
-from agents.load import load
-from agents.lqg import LQG
-from agents.lqr import LQR
-from agents.nonlinear import Place, disturbed_critical_speed, ramp_down
-from agents.output_feedback import Filters, OutputFeedback
-from agents.passive import Passive
-from agents.policy_search import Searched, search_policy
-from agents.policy_start import Aim, Target
-from agents.rollout import Case, Motion, Rollout
-from agents.scheduled import Law, ScheduledController
-from agents.shipped import shipped, shipped_names
-from agents.training import Training, resume, train
-from agents.tuning import tune_lqg, tune_yaw_rate
-from agents.tuning_gradient import Goal, tune_output_feedback
-from agents.yaw_rate import YawRateFeedback
+from agents.controllers.controller import Controller, equipped
+from agents.controllers.learned import LearnedPolicy
+from agents.controllers.load import load
+from agents.controllers.lqg import LQG
+from agents.controllers.lqr import LQR
+from agents.controllers.output_feedback import Filters, OutputFeedback
+from agents.controllers.passive import Passive
+from agents.controllers.scheduled import Law, ScheduledController
+from agents.controllers.shipped import shipped, shipped_names
+from agents.controllers.yaw_rate import YawRateFeedback
+from agents.evaluation.evaluating import evaluate
+from agents.evaluation.evaluation import Evaluation, Plan, load_evaluations, save_evaluations
+from agents.evaluation.growth import growth_rates, simulated_critical_speed
+from agents.evaluation.nonlinear import Place, disturbed_critical_speed, ramp_down
+from agents.evaluation.rollout import Case, Motion, Rollout
+from agents.learning.lessons import Lessons
+from agents.learning.policy_search import Searched, search_policy
+from agents.learning.policy_start import Aim, Target
+from agents.learning.training import Training, resume, train
+from agents.tuning.tuning import tune_lqg, tune_yaw_rate
+from agents.tuning.tuning_gradient import Goal, tune_output_feedback
 
 __distribution__ = "railenv"
 

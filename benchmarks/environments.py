@@ -16,12 +16,13 @@ from pathlib import Path
 from typing import Any
 
 import gymnasium
-import numba
 import numpy as np
 
 from benchmarks.table import Row, number, with_unit
+from benchmarks.threads import threads as on_threads
 from benchmarks.timing import Action, processor_times, shortest
 from railenv.batch import Batch
+from railenv.threads import usable_threads
 
 _ROOT = Path(__file__).resolve().parent.parent
 
@@ -102,7 +103,7 @@ def _single_case(name: str) -> list[Action]:
     w = np.zeros(layout.rows)
     w[: layout.u] = start = fleet.state(0)
     w[layout.c : layout.p] = fleet.conditions(0)
-    w[layout.p : layout.dx] = list(fleet.model.parameters.values())
+    w[layout.p : layout.dx], t = fleet.model.rows()
 
     def steps() -> None:
         for _ in range(STEP_CALLS):
@@ -110,7 +111,7 @@ def _single_case(name: str) -> list[Action]:
 
     def bare() -> None:
         w[: layout.u] = start
-        kernels.rk4_hold(w, 1e-3, 5 * STEP_CALLS)
+        kernels.rk4_hold(w, t, 1e-3, 5 * STEP_CALLS)
 
     return [steps, bare]
 
@@ -163,7 +164,7 @@ def _vector_rows(name: str, times: list[float], cartpole: float) -> Iterator[Row
     step, bare, step_1, bare_1, sync = times
     unit, statistic = "million steps/s", f"shortest of {VECTOR_REPETITIONS}"
     what = f"vector environment of {name}, {ENVIRONMENTS} environments"
-    threads = f"{numba.get_num_threads()} threads"
+    threads = f"{usable_threads()} threads"
     for where, rate, alone in (
         (threads, _million(step), _million(bare)),
         ("one thread", _million(step_1), _million(bare_1)),
@@ -206,10 +207,8 @@ def _million(seconds: float, n: int = ENVIRONMENTS) -> float:
 
 def _on_one_thread(action: Action) -> Action:
     def alone() -> None:
-        threads = numba.get_num_threads()
-        numba.set_num_threads(1)
-        action()
-        numba.set_num_threads(threads)
+        with on_threads(1):
+            action()
 
     return alone
 

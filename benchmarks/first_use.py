@@ -14,13 +14,13 @@ def main() -> None:
     model = railenv.Bogie(railenv.HIGH_SPEED_COACH)
     start = time.perf_counter()
     kernels = model.kernels()  # imports Numba
-    w = buffer(model, model.guess)
+    w, t = buffer(model, model.guess)
     before_rhs = time.perf_counter()
-    kernels.rhs(w)
+    kernels.rhs(w, t)
     before_jacobian = time.perf_counter()
-    kernels.jacobian(w)
+    kernels.jacobian(w, t)
     before_rk4 = time.perf_counter()
-    kernels.rk4_hold(w, STEP, 1)
+    kernels.rk4_hold(w, t, STEP, 1)
     end = time.perf_counter()
     seconds = {
         "first call of rhs of the bogie": before_jacobian - before_rhs,

@@ -12,7 +12,7 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
-from agents.recipe import Evaluation, recipe
+from agents.learning.recipe import Evaluation, recipe
 from benchmarks.table import Row, with_unit
 
 ENVIRONMENT = "railenv/Bogie-v0"
@@ -26,7 +26,7 @@ def rows() -> Iterator[Row]:
     if importlib.util.find_spec("stable_baselines3") is None:
         yield Row("a million steps of PPO", "stable-baselines3 is not installed", "", "")
         return
-    from agents.trainer import Trainer
+    from agents.learning.trainer import Trainer
 
     made = dataclasses.replace(
         recipe("ppo", ENVIRONMENT),

@@ -12,6 +12,7 @@ import railenv
 from benchmarks.table import Row, with_unit
 from benchmarks.timing import Action, processor_times, shortest
 from railenv.batch import Batch
+from railenv.threads import usable_threads
 
 Array = NDArray[np.float64]
 
@@ -30,22 +31,27 @@ LANE_CASES = (  # systems, dtype, parallel, steps
 def rows() -> Iterator[Row]:
     """Measure everything of this module."""
     model = railenv.Bogie(railenv.HIGH_SPEED_COACH)
-    state = railenv.find_equilibrium(model, speed=SPEED, radius=RADIUS, cant=CANT).state
-    state = state + np.where(np.arange(model.n_states) < 12, 1e-4, 0.0)
+    state = curving_state(model)
     yield from _steps(model, state)
     yield from _jacobian_kernel(model, state)
     yield from _evaluator(model, state)
     yield from _simulation(model)
 
 
-def buffer(model: railenv.Model, state: Array) -> Array:
-    """Return a scalar kernel's buffer of a model in a state, on the curve."""
+def curving_state(model: railenv.Model) -> Array:
+    """Return a state near the equilibrium on the curve, where everything moves."""
+    state = railenv.find_equilibrium(model, speed=SPEED, radius=RADIUS, cant=CANT).state
+    return state + np.where(np.arange(model.n_states) < model.n_states // 2, 1e-4, 0.0)
+
+
+def buffer(model: railenv.Model, state: Array) -> tuple[Array, Array]:
+    """Return a scalar kernel's buffer of a model in a state, on the curve, and the model's tables."""
     layout = model.kernels().LAYOUT
     w = np.zeros(layout.rows)
     w[: layout.u] = state
     w[layout.c : layout.p] = SPEED, 1.0 / RADIUS, CANT
-    w[layout.p : layout.dx] = list(model.parameters.values())
-    return w
+    w[layout.p : layout.dx], t = model.rows()
+    return w, t
 
 
 def plain_rk4(model: railenv.Model, state: list[float], steps: int) -> list[float]:
@@ -69,14 +75,12 @@ def plain_rk4(model: railenv.Model, state: list[float], steps: int) -> list[floa
 
 
 def _steps(model: railenv.Model, state: Array) -> Iterator[Row]:
-    import numba
-
     kernels = model.kernels()
-    w, start = buffer(model, state), state.tolist()
+    (w, t), start = buffer(model, state), state.tolist()
 
     def scalar() -> None:
         w[: len(start)] = start
-        kernels.rk4_hold(w, STEP, SCALAR_STEPS)
+        kernels.rk4_hold(w, t, STEP, SCALAR_STEPS)
 
     def plain() -> None:
         plain_rk4(model, start, 1)
@@ -98,7 +102,7 @@ def _steps(model: railenv.Model, state: Array) -> Iterator[Row]:
     for (n, dtype, parallel, steps), seconds in zip(LANE_CASES, in_lanes, strict=True):
         each = seconds / (n * steps)
         judged = dtype == "float64" and not parallel
-        threads = f"{numba.get_num_threads()} threads" if parallel else "one thread"
+        threads = f"{usable_threads()} threads" if parallel else "one thread"
         yield Row(
             f"RK4 step per system, {dtype} lanes, {n} systems, {threads}",
             each * 1e6,
@@ -124,7 +128,7 @@ def _lane_action(
     return action
 
 
-def _compiled_loop() -> Callable[[Any, Array, int], None]:
+def _compiled_loop() -> Callable[[Any, Array, Array, int], None]:
     """Return a compiled loop that calls a kernel on several buffers in turn.
 
     It leaves the cost of calls from Python out; several buffers keep the compiler from moving work
@@ -133,21 +137,22 @@ def _compiled_loop() -> Callable[[Any, Array, int], None]:
     import numba
 
     @numba.njit
-    def loop(kernel: Any, buffers: Array, rounds: int) -> None:
+    def loop(kernel: Any, buffers: Array, t: Array, rounds: int) -> None:
         for _ in range(rounds):
             for i in range(buffers.shape[0]):
-                kernel(buffers[i])
+                kernel(buffers[i], t)
 
     return loop
 
 
 def _jacobian_kernel(model: railenv.Model, state: Array) -> Iterator[Row]:
     kernels, loop, rounds = model.kernels(), _compiled_loop(), 100
-    buffers = np.stack([buffer(model, f * state) for f in np.linspace(0.99, 1.01, 8)])
+    buffers = np.stack([buffer(model, f * state)[0] for f in np.linspace(0.99, 1.01, 8)])
+    t = model.rows()[1]
     seconds = shortest(
         [
-            lambda: loop(kernels.rhs, buffers, rounds),
-            lambda: loop(kernels.jacobian, buffers, rounds),
+            lambda: loop(kernels.rhs, buffers, t, rounds),
+            lambda: loop(kernels.jacobian, buffers, t, rounds),
         ],
         REPETITIONS,
     )

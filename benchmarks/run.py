@@ -18,10 +18,31 @@ import typer
 from rich.console import Console
 
 import railenv
-from benchmarks import analysis, cycles, environments, learning, plant, scaling, startup
+from benchmarks import (
+    analysis,
+    c_build,
+    cycles,
+    environments,
+    learning,
+    plant,
+    scaling,
+    startup,
+    threads,
+)
 from benchmarks.table import Row, markdown, records, terminal
 from benchmarks.timing import processor_share
+from railenv.threads import usable_threads
 
+ABOUT = (
+    "`make bench` (`python -m benchmarks.run`) measures this; `make docs` writes it to this page. "
+    "What is compared is timed in turns. C is a build by gcc of the very assignments of a kernel, on "
+    "the same buffer and with the same tangent, sine and cosine (`python -m benchmarks.c_build`); of "
+    "several sets of flags the fastest counts.",
+    "What a change does to the speed is told by `make bench-against COMMIT=main` "
+    "(`python -m benchmarks.against main`): it checks the commit out beside the working tree, times "
+    "both in turns in one run, and flags what has become slower by more than 5 %. Against `HEAD`, "
+    "without changes, it shows its own noise; more `--rounds` lessen it, `--only RK4` measures a part.",
+)
 _WIDE = 150  # columns where the output is no terminal
 
 
@@ -34,7 +55,7 @@ def circumstances(share: float) -> dict[str, str]:
         "SciPy": scipy.__version__,
         "Numba": numba.__version__,
         "processor (LLVM)": llvmlite.binding.get_host_cpu_name(),
-        "threads": str(numba.get_num_threads()),
+        "threads": str(usable_threads()),
         "share of a processor": f"{share:.0%}",
     }
 
@@ -54,7 +75,10 @@ def main(
     rows: list[Row] = []
     shares = [processor_share()]
     with Console(stderr=True).status("compiling what is not in the cache ...") as status:
-        for module in (plant, analysis, cycles, scaling, environments, learning, startup):
+        modules = (
+            plant, c_build, analysis, cycles, scaling, environments, threads, learning, startup,
+        )  # fmt: skip
+        for module in modules:
             for row in module.rows():
                 rows.append(row)
                 status.update(f"measured: {row.what}")
@@ -67,7 +91,7 @@ def main(
         text = json_format.dumps(content, indent=2, ensure_ascii=False)
         json.write_text(text + "\n", encoding="utf-8")
     if table is not None:
-        table.write_text(markdown(rows, title), encoding="utf-8")
+        table.write_text(markdown(rows, title, ABOUT), encoding="utf-8")
 
 
 if __name__ == "__main__":

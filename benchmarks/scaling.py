@@ -25,9 +25,9 @@ import design
 import railenv
 from benchmarks.table import Row, number, with_unit
 from benchmarks.timing import processor_share
-from design.map_cells import Cell, CellFunction
-from design.places import Place
-from design.store import Record
+from design.cycles.places import Place
+from design.studies.map_cells import Cell, CellFunction
+from design.studies.store import Record
 
 RADII = np.geomspace(500.0, 20_000.0, 40)  # m
 CONICITIES = np.linspace(0.05, 0.4, 40)

@@ -71,13 +71,11 @@ def terminal(rows: Iterable[Row], title: str) -> Table:
     return table
 
 
-def markdown(rows: Iterable[Row], title: str) -> str:
-    """Return the table as Markdown."""
+def markdown(rows: Iterable[Row], title: str, about: Sequence[str] = ()) -> str:
+    """Return the table as Markdown, below paragraphs on what it is."""
     rule = ["---:" if heading in _RIGHT else "---" for heading in HEADINGS]
-    lines = [HEADINGS, rule, *(row.cells for row in rows)]
-    return "\n".join(
-        ["# Benchmarks", "", title, "", *(f"| {' | '.join(cells)} |" for cells in lines), ""]
-    )
+    table = [f"| {' | '.join(cells)} |" for cells in (HEADINGS, rule, *(row.cells for row in rows))]
+    return "\n\n".join(["# Benchmarks", *about, title, "\n".join(table)]) + "\n"
 
 
 def records(rows: Sequence[Row]) -> list[dict[str, object]]:

@@ -25,18 +25,37 @@ class Times(NamedTuple):
     processor: list[float]
 
 
+class Timer:
+    """Adds the time of calls of one action to its repetitions."""
+
+    def __init__(self, action: Action) -> None:
+        self.action = action
+        self.times = Times([], [])
+
+    def __call__(self) -> None:
+        processor, start = time.process_time(), time.perf_counter()
+        self.action()
+        self.times.elapsed.append(time.perf_counter() - start)
+        self.times.processor.append(time.process_time() - processor)
+
+
+def repeated(action: Action, repetitions: int) -> Times:
+    """Time one action, which has been called before."""
+    timer = Timer(action)
+    for _ in range(repetitions):
+        timer()
+    return timer.times
+
+
 def interleaved(actions: Sequence[Action], repetitions: int) -> list[Times]:
     """Time actions in turns, after one call of each that is not timed."""
     for action in actions:
         action()
-    results = [Times([], []) for _ in actions]
+    timers = [Timer(action) for action in actions]
     for _ in range(repetitions):
-        for action, times in zip(actions, results, strict=True):
-            processor, start = time.process_time(), time.perf_counter()
-            action()
-            times.elapsed.append(time.perf_counter() - start)
-            times.processor.append(time.process_time() - processor)
-    return results
+        for timer in timers:
+            timer()
+    return [timer.times for timer in timers]
 
 
 def shortest(actions: Sequence[Action], repetitions: int) -> list[float]:

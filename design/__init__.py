@@ -6,24 +6,19 @@
 hunting from 116.1213 m/s at 3.0553 Hz
 """
 
-from design.critical_points import CriticalPoint
-from design.critical_speed import CriticalSpeed, critical_speed
-from design.cycle_plots import phase_portrait
-from design.cycles import Cycle, CycleBranch, CycleError, SpecialPoint, cycle_branch
-from design.diagram import SimulatedDiagram, simulated_diagram
-from design.equilibrium import equilibrium
-from design.feedback import Feedback, LinearFeedback, ScaledFeedback, StaticFeedback
-from design.gain_locus import GainLocus, gain_locus
-from design.hopf import HopfPoint, hopf_point
-from design.hunting_map import HuntingMap, hunting_map
-from design.linearization import discretize, linearize
-from design.locus import Locus, SpeedLocus, VehicleLocus, speed_locus
-from design.margins import ChannelMargins, Margins, margins
-from design.mode_shape import ModeShape
-from design.parameter_locus import ParameterLocus, parameter_locus
-from design.polach import DisturbanceTest, SpeedRamp, disturbance_test, speed_ramp
-from design.reduction import balanced, minimal, transfer_function
-from design.regulator import (
+from design.cycles.branch import cycle_branch
+from design.cycles.cycle import Cycle, CycleBranch, CycleError, SpecialPoint
+from design.cycles.diagram import SimulatedDiagram, simulated_diagram
+from design.cycles.hopf import hopf_point
+from design.cycles.hunting_map import HuntingMap, hunting_map
+from design.cycles.motion_plots import phase_portrait
+from design.cycles.polach import DisturbanceTest, SpeedRamp, disturbance_test, speed_ramp
+from design.cycles.simulated_cycle import simulated_cycle
+from design.cycles.spectrum import Spectrum, spectrum
+from design.linear.equilibrium import equilibrium
+from design.linear.linearization import discretize, linearize
+from design.linear.reduction import balanced, minimal, transfer_function
+from design.linear.regulator import (
     Disturbances,
     Observer,
     Regulator,
@@ -32,13 +27,20 @@ from design.regulator import (
     lateral_model,
     lqr,
 )
-from design.robust import RobustCriticalSpeed, robust_critical_speed
-from design.sampled import ClosedLoop, closed_loop, open_loop
-from design.simulated_cycle import simulated_cycle
-from design.spectrum import Spectrum, spectrum
-from design.stability_map import StabilityMap, stability_map
-from design.study import Study, run_study
-from design.sweep import CurveSweep, curve_sweep
+from design.loop.feedback import Feedback, LinearFeedback, ScaledFeedback, StaticFeedback
+from design.loop.margins import ChannelMargins, Margins, margins
+from design.loop.sampled import ClosedLoop, closed_loop, open_loop
+from design.stability.critical_points import CriticalPoint
+from design.stability.critical_speed import critical_speed
+from design.stability.gain_locus import GainLocus, gain_locus
+from design.stability.locus import Locus, SpeedLocus, VehicleLocus, speed_locus
+from design.stability.loss import CriticalSpeed, HopfPoint
+from design.stability.mode_shape import ModeShape
+from design.stability.parameter_locus import ParameterLocus, parameter_locus
+from design.stability.robust import RobustCriticalSpeed, robust_critical_speed
+from design.stability.sweep import CurveSweep, curve_sweep
+from design.studies.stability_map import StabilityMap, stability_map
+from design.studies.study import Study, run_study
 
 __all__ = [
     "ChannelMargins",

@@ -1,4 +1,4 @@
-"""Draw the data flow of docs/architecture.md: ``python docs/make_diagram.py``."""
+"""Draw the pictures of docs/architecture.md, wings and data flow: ``python docs/make_diagram.py``."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 
-PICTURE = Path(__file__).resolve().parent / "pictures" / "data-flow.svg"
+PICTURES = Path(__file__).resolve().parent / "pictures"
 
-WIDTH, ROW, HEIGHT = 680, 84, 46  # of the picture, from row to row, of a box: pixels
+WIDTH, ROW, HEIGHT = 680, 84, 46  # of a picture, from row to row, of a box: pixels
 MARGIN = 14
 
 
@@ -42,51 +42,124 @@ class Box:
 
 
 BOXES = {
-    "equations": Box(
-        250, 0, 230, "railenv/equations", "plain functions of scalars", "railenv/equations"
-    ),
+    "equations": Box(250, 0, 230, "railenv/equations", "physics, per element", "railenv/equations"),
     "physics": Box(560, 0, 190, "docs/physics.md", "the same as LaTeX", "docs/physics.md"),
+    "assembly": Box(
+        250, 1, 230, "vehicles/assembly", "equations of a structure", "railenv/vehicles/assembly.py"
+    ),
+    "parts": Box(560, 1, 190, "railenv/vehicles", "parts, numbers, TOML", "railenv/vehicles"),
     "graph": Box(
-        250, 1, 230, "kernels/graph", "assignments, exact derivatives", "railenv/kernels/graph.py"
+        250, 2, 230, "kernels/graph", "assignments, exact derivatives", "railenv/kernels/graph.py"
     ),
-    "source": Box(250, 2, 230, "kernels/source", "text of rhs, jacobian", "railenv/kernels/source.py"),
-    "generated": Box(560, 2, 190, "generated kernels", "checked in", "railenv/kernels/bogie.py"),
+    "source": Box(250, 3, 230, "kernels/source", "text of rhs, jacobian", "railenv/kernels/source.py"),
+    "texts": Box(560, 3, 190, "kernels/texts", "tables, RK4, environments", "railenv/kernels/texts"),
     "loader": Box(
-        250, 3, 230, "kernels/loader", "one text, its hash, Numba", "railenv/kernels/loader.py"
+        250, 4, 230, "kernels/store, loader", "text and machine code, kept", "railenv/kernels/store.py"
     ),
-    "runtime": Box(560, 3, 190, "kernels/runtime", "tan, sin, cos, RK4", "railenv/kernels/runtime.py"),
-    "vehicles": Box(560, 4, 200, "vehicles, equipment", "parameters, TOML", "railenv/vehicles.py"),
-    "models": Box(250, 4, 230, "models", "Model, Evaluator", "railenv/models.py"),
-    "equilibrium": Box(118, 5, 150, "equilibrium", "branches", "railenv/equilibrium.py"),
-    "simulation": Box(301, 5, 172, "simulation, batch", "motions in time", "railenv/simulation.py"),
-    "envs": Box(505, 5, 170, "envs", "Gymnasium, in lanes", "railenv/envs"),
-    "design": Box(208, 6, 250, "design", "critical speeds, loci, limit cycles", "design"),
-    "agents": Box(505, 6, 170, "agents", "Stable-Baselines3", "agents"),
-    "cli": Box(208, 7, 250, "command line, plots", "tables, JSON, pictures", "railenv/cli.py"),
+    "models": Box(250, 5, 230, "model, models", "Model, Assembled, Bogie", "railenv/model.py"),
+    "equipment": Box(560, 5, 190, "equipment", "actuators, sensors", "railenv/equipment.py"),
+    "equilibrium": Box(118, 6, 150, "equilibrium", "branches", "railenv/equilibrium.py"),
+    "simulation": Box(301, 6, 172, "simulation, batch", "motions in time", "railenv/simulation.py"),
+    "envs": Box(505, 6, 170, "envs", "Gymnasium, in lanes", "railenv/envs"),
+    "design": Box(208, 7, 250, "design", "critical speeds, loci, limit cycles", "design"),
+    "agents": Box(505, 7, 170, "agents", "controllers, learning", "agents"),
 }
-"""Stations, from the equations down to what a person sees."""
+"""Stations, from the equations down to what a person asks for."""
 
 ARROWS = (
-    ("equations", "graph", "run on symbols"),
+    ("equations", "assembly", ""),
     ("equations", "physics", "symbols"),
+    ("parts", "assembly", ""),
+    ("assembly", "graph", "run on symbols, once per structure"),
     ("graph", "source", ""),
-    ("source", "generated", "make kernels"),
-    ("source", "loader", "own equations"),
-    ("generated", "loader", ""),
-    ("runtime", "loader", ""),
-    ("loader", "models", "machine code, cached on disk"),
-    ("vehicles", "models", ""),
+    ("source", "loader", ""),
+    ("texts", "loader", ""),
+    ("loader", "models", "kernels; numbers are arguments"),
+    ("models", "equipment", ""),
     ("models", "equilibrium", ""),
     ("models", "simulation", ""),
-    ("models", "envs", ""),
+    ("equipment", "envs", ""),
     ("equilibrium", "design", ""),
     ("simulation", "design", ""),
     ("envs", "agents", ""),
-    ("design", "cli", ""),
+    ("design", "agents", ""),
 )
 """From, to, and what goes along."""
 
 ORACLE = "run on floats and complex numbers: the oracle of the tests"
+
+# ------------------------------------------------------------------------------- wings
+
+Room = tuple[str, str]
+"""Name of a module or a folder, and what is done there."""
+
+WINGS: dict[str, tuple[tuple[Room, ...], ...]] = {
+    "agents": (
+        (("reproduction", "the report's section"), ("learning", "training, policies, search")),
+        (("evaluation", "rollouts, leaderboard"), ("tuning", "on families of plants")),
+        (("controllers", "interface, files, classical and learned ones"),),
+    ),
+    "design": (
+        (("reproduction", "report on the paper"), ("studies", "maps, many cells in parallel")),
+        (("cycles", "limit cycles, Hopf, folds"), ("stability", "critical speed, loci, modes")),
+        (("loop", "sampled loops, margins"), ("linear", "linearise, reduce, regulate")),
+    ),
+    "railenv": (
+        (("envs", "environments of any model"),),
+        (("simulation", "one run"), ("batch", "many in lanes"), ("equilibrium", "and branches")),
+        (("equipment", "actuators, sensors"), ("models", "Bogie and others"), ("model", "any")),
+        (("vehicles", "parts, records, TOML"), ("kernels", "trace, compile, run")),
+        (("equations", "contact, elements, bodies, motion, equipped"),),
+    ),
+}
+"""Rooms of each wing, floor by floor from the top; a floor imports from those below it."""
+
+_FLOOR, _GAP = 52, 8
+
+
+def wings() -> str:
+    """Return the picture of the wings as SVG."""
+    parts, y = [], MARGIN
+    for wing, floors in WINGS.items():
+        height = 2 * _GAP + _FLOOR * len(floors)
+        parts.append(
+            f'<rect class="wing" x="{MARGIN}" y="{y}" width="{WIDTH - 2 * MARGIN - 88}" '
+            f'height="{height}" rx="7"/>\n'
+            f'<text class="title" transform="translate({MARGIN + 24} {y + height / 2:g}) rotate(-90)">'
+            f"{wing}</text>"
+        )
+        for k, rooms in enumerate(floors):
+            parts.append(_floor(rooms, y + _GAP + _FLOOR * k))
+        y += height + _GAP
+    bottom = y - _GAP
+    x = WIDTH - MARGIN - 80
+    parts.append(
+        f'<rect class="wing" x="{x}" y="{MARGIN}" width="80" height="{bottom - MARGIN}" rx="7"/>\n'
+        + "\n".join(
+            f'<text class="{kind}" x="{x + 40}" y="{bottom / 2 + 18 * k:g}">{line}</text>'
+            for k, (kind, line) in enumerate(
+                (("title", "cli"), ("text", "commands:"), ("text", "may use"), ("text", "all wings"))
+            )
+        )
+    )
+    return _picture("Wings of railenv", parts, bottom + MARGIN)
+
+
+def _floor(rooms: tuple[Room, ...], y: float) -> str:
+    left, right = MARGIN + 44, WIDTH - MARGIN - 88 - _GAP
+    width = (right - left - _GAP * (len(rooms) - 1)) / len(rooms)
+    found = []
+    for k, (name, text) in enumerate(rooms):
+        x = left + k * (width + _GAP)
+        found.append(
+            f'<rect class="box" x="{x:g}" y="{y + 3:g}" rx="5" width="{width:g}" height="{HEIGHT}"/>\n'
+            f'<text class="title" x="{x + width / 2:g}" y="{y + 22:g}">{escape(name)}</text>\n'
+            f'<text class="text" x="{x + width / 2:g}" y="{y + 40:g}">{escape(text)}</text>'
+        )
+    return "\n".join(found)
+
+
+# --------------------------------------------------------------------------- data flow
 
 _STYLE = """
 text { font-family: system-ui, sans-serif; text-anchor: middle; fill: #1d2733; }
@@ -94,6 +167,7 @@ text { font-family: system-ui, sans-serif; text-anchor: middle; fill: #1d2733; }
 .text { font-size: 13px; }
 .label { font-size: 12px; fill: #45566a; }
 .box { fill: #eef3f9; stroke: #5b7fa6; stroke-width: 1.2; }
+.wing { fill: #f7f9fc; stroke: #b8c6d8; stroke-width: 1.2; }
 .arrow { fill: none; stroke: #45566a; stroke-width: 1.4; marker-end: url(#head); }
 .dashed { stroke-dasharray: 5 4; }
 """
@@ -130,8 +204,8 @@ def _arrow(start: Box, end: Box, label: str) -> str:
 
 
 def _oracle() -> str:
-    """Return the arrow from the equations past everything generated to the models."""
-    top, bottom = BOXES["equations"], BOXES["models"]
+    """Return the arrow from the equations past everything compiled to the models."""
+    top, bottom = BOXES["assembly"], BOXES["models"]
     x1, x2 = top.x - top.width / 2, bottom.x - bottom.width / 2 - 3
     y1, y2 = top.y + HEIGHT / 2, bottom.y + HEIGHT / 2
     x, y = 60, (y1 + y2) / 2
@@ -141,26 +215,32 @@ def _oracle() -> str:
     )
 
 
-def picture() -> str:
-    """Return the diagram as SVG."""
+def data_flow() -> str:
+    """Return the picture of the data flow as SVG."""
     height = 2 * MARGIN + ROW * max(box.row for box in BOXES.values()) + HEIGHT
-    parts = [
+    arrows = [_arrow(BOXES[start], BOXES[end], label) for start, end, label in ARROWS]
+    return _picture("Data flow of railenv", [*arrows, _oracle(), *map(_box, BOXES.values())], height)
+
+
+def _picture(title: str, parts: list[str], height: float) -> str:
+    """Return parts of a picture on white, as SVG."""
+    head = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height:g}" '
         f'width="{WIDTH}" height="{height:g}" role="img">',
-        "<title>Data flow of railenv</title>",
+        f"<title>{title}</title>",
         f"<style>{_STYLE}</style>",
         '<defs><marker id="head" viewBox="0 0 8 8" refX="6" refY="4" markerWidth="7" '
         'markerHeight="7" orient="auto"><path d="M0 0 L8 4 L0 8 z" fill="#45566a"/></marker></defs>',
         f'<rect width="{WIDTH}" height="{height:g}" rx="8" fill="#ffffff"/>',
-        *(_arrow(BOXES[start], BOXES[end], label) for start, end, label in ARROWS),
-        _oracle(),
-        *map(_box, BOXES.values()),
-        "</svg>",
     ]
-    return "\n".join(parts) + "\n"
+    return "\n".join([*head, *parts, "</svg>"]) + "\n"
 
+
+DRAWN = {"data-flow.svg": data_flow, "wings.svg": wings}
+"""Every picture, by its file."""
 
 if __name__ == "__main__":
-    PICTURE.parent.mkdir(exist_ok=True)
-    PICTURE.write_text(picture(), encoding="utf-8")
-    print(f"wrote {PICTURE}")
+    PICTURES.mkdir(exist_ok=True)
+    for name, draw in DRAWN.items():
+        (PICTURES / name).write_text(draw(), encoding="utf-8")
+        print(f"wrote {PICTURES / name}")

@@ -13,7 +13,7 @@ import numpy as np
 
 import agents
 import railenv
-from agents.leaderboard import markdown, ordered
+from agents.evaluation.leaderboard import markdown, ordered
 
 DOCS = Path(__file__).resolve().parent
 PAGES = (DOCS / "controllers.md", DOCS.parent / "README.md")
@@ -32,9 +32,11 @@ def table():
 
 def pictures(folder):
     """Draw the comparison and what it stands on."""
-    from agents.diagram import closed_loop_diagram
-    from agents.growth import linear_growth_rates
-    from agents.plots import plot_comparison, plot_growth, plot_histories
+    from agents.evaluation.diagram import closed_loop_diagram
+    from agents.evaluation.evaluation_plots import plot_comparison
+    from agents.evaluation.growth import linear_growth_rates
+    from agents.evaluation.growth_plots import plot_growth
+    from agents.evaluation.rollout_plots import plot_histories
 
     evaluations = ordered(agents.load_evaluations(DOCS / "leaderboard.json"))
     coach = agents.equipped(railenv.Bogie(railenv.HIGH_SPEED_COACH))

@@ -20,9 +20,11 @@ from joblib import Parallel, delayed
 import agents
 import design
 import railenv
-from agents.learning_plots import plot_search
-from agents.policy_search import CONICITIES, search_policy
-from agents.shipped import SEED, coach
+from agents.controllers.shipped import coach
+from agents.learning.candidates import CONICITIES
+from agents.learning.designs import SEED
+from agents.learning.learning_plots import plot_search
+from agents.learning.policy_search import search_policy
 
 DOCS = Path(__file__).resolve().parent
 PAGE, DATA = DOCS / "learning.md", DOCS / "learned.json"

@@ -8,7 +8,7 @@ from typing import Any
 import sympy
 
 from railenv.equations import contact
-from railenv.equations.coordinates import Motion, Rail, Running
+from railenv.equations.coordinates import Motion, Rail, Running, Wrench
 from railenv.equipment import Actuator, Sensors
 from railenv.vehicles import CooperriderParameters, Vehicle, describe
 
@@ -36,7 +36,7 @@ def parameters(*records: type, **values: Any) -> SimpleNamespace:
     return SimpleNamespace(**{**found, **values})
 
 
-def motion(index: str = "", star: str = "") -> Motion:
+def moving(index: str = "", star: str = "") -> Motion:
     """Return the coordinates and rates of a body."""
     subscript = f"_{{{index}}}" if index else star
     return Motion(
@@ -56,19 +56,31 @@ RUN = Running(*map(sympy.Symbol, ("V", r"\kappa", r"\phi_{se}")))
 RAIL = Rail(*map(sympy.Symbol, ("y_{t}", "z_{t}", r"\phi_{t}")))
 SIDE = sympy.Symbol(r"\sigma")
 WHEELSET = sympy.Symbol("s")
-W, FRAME = motion(), motion("b")
+W, FRAME = moving(), moving("b")
 ALPHA, BETA = sympy.Symbol(r"\alpha"), sympy.Symbol(r"\beta")
 EPSILON, WIDTH = sympy.Symbol(r"\varepsilon"), sympy.Symbol("w")
 
 WHEEL = r"@ r_{@} \gamma_{@} N_{y@} N_{z@} N_{@} F^{\ast}_{x@} F^{\ast}_{y@} M^{\ast}_{z@}"
 RAIL_FORCE = r"@ F_{x@} F_{y@} F_{z@} M_{x@} M_{z@} R_{x@} R_{y@} R_{z@}"
 SUSPENSION = "F_{sy@} F_{sz@} M_{sx@} M_{sz@}"
+REACTION = r"\bar~F_{sy@} \bar~F_{sz@} \bar~M_{sx@} \bar~M_{sz@}"
+SECONDARY = "F_{2y} F_{2z} M_{2x} M_{2z}"
 CONTACT = "F_{cy} F_{cz} M_{cx} M_{cz}"
 
 
 def wheel_symbols(index: str) -> contact.Wheel:
     """Return what one wheel feels, as symbols."""
     return like(contact.Wheel, WHEEL, index)
+
+
+def acting(wrench: Wrench) -> list[Any]:
+    """Return what of a wrench moves a body that does not pitch: along y and z, about x and z."""
+    return [wrench.force_y, wrench.force_z, wrench.roll, wrench.yaw]
+
+
+def marks(text: str, index: str = "") -> list[sympy.Symbol]:
+    """Return the symbols of a text, ``@`` where the index goes, ``~`` where a space."""
+    return [sympy.Symbol(part.replace("@", index).replace("~", " ")) for part in text.split()]
 
 
 def names_of(results: Any, symbols: Any) -> dict[sympy.Expr, sympy.Expr]:

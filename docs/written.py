@@ -1,7 +1,7 @@
 """LaTeX of expressions in the order in which the code writes them.
 
 Functions of :mod:`railenv.equations` are run on SymPy symbols with SymPy's evaluation off, so nothing
-is reordered, expanded or cancelled. ``tidy`` takes out what only the programming needs (``1.0 * x``,
+is reordered or expanded. ``tidy`` takes out what only the programming needs (``1.0 * x``, ``x - x``,
 guards of divisors), ``latex`` prints what is left.
 """
 
@@ -12,7 +12,7 @@ from typing import Any
 
 import sympy
 
-from railenv.equations.symbolic import WherePositive
+from railenv.equations.symbolic import TableValue, WherePositive
 
 LONGEST_LINE = 84
 """Width, in printed characters, beyond which a sum is broken into lines."""
@@ -80,7 +80,13 @@ def tidy(expression: sympy.Expr, known: tuple[tuple[sympy.Expr, bool], ...] = ()
 
 
 def _sum(arguments: Sequence[sympy.Expr]) -> sympy.Expr:
-    terms = [t for a in arguments for t in (a.args if a.is_Add else (a,)) if t != 0]
+    terms: list[sympy.Expr] = []
+    for term in (t for a in arguments for t in (a.args if a.is_Add else (a,)) if t != 0):
+        opposite = _product([sympy.Integer(-1), term])
+        if opposite in terms:
+            terms.remove(opposite)
+        else:
+            terms.append(term)
     if len(terms) < 2:
         return terms[0] if terms else sympy.Integer(0)
     return sympy.Add(*terms, evaluate=False)
@@ -89,6 +95,8 @@ def _sum(arguments: Sequence[sympy.Expr]) -> sympy.Expr:
 def _product(arguments: Sequence[sympy.Expr]) -> sympy.Expr:
     coefficient = sympy.Integer(1)
     powers: dict[sympy.Expr, sympy.Expr] = {}
+    if sum(a != 1 for a in arguments) > 1:
+        arguments = [_signed(a) for a in arguments]
     for factor in (f for a in arguments for f in (a.args if a.is_Mul else (a,))):
         if factor.is_Number:
             coefficient *= factor
@@ -105,6 +113,14 @@ def _product(arguments: Sequence[sympy.Expr]) -> sympy.Expr:
             return _sum([_product([coefficient, term]) for term in factors[0].args])
         factors.insert(0, coefficient)
     return factors[0] if len(factors) == 1 else sympy.Mul(*factors, evaluate=False)
+
+
+def _signed(expression: sympy.Expr) -> sympy.Expr:
+    """Take the sign out of a sum of negative terms."""
+    if not (expression.is_Add and all(_sign(term)[0] for term in expression.args)):
+        return expression
+    positive = _sum([_sign(term)[1] for term in expression.args])
+    return sympy.Mul(sympy.Integer(-1), positive, evaluate=False)
 
 
 def over(expression: sympy.Expr, divisor: sympy.Expr) -> sympy.Expr:
@@ -135,6 +151,9 @@ def latex(expression: sympy.Expr) -> str:
         return _latex_power(*expression.args)
     if isinstance(expression, WherePositive):
         return _latex_choice(expression)
+    if isinstance(expression, TableValue):
+        name, x, order = expression.args
+        return rf"{latex(name)}{chr(39) * int(order)}\left( {latex(x)} \right)"
     if isinstance(expression, sympy.tan | sympy.sin | sympy.cos):
         argument = latex(expression.args[0])
         return rf"\{expression.func.__name__} {_bracketed(argument, expression.args[0].is_Symbol)}"

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import agents
 import railenv
-from agents.leaderboard import markdown
+from agents.evaluation.leaderboard import markdown
 
 MINE = """\
 base = "HIGH_SPEED_COACH"

@@ -11,7 +11,7 @@ import numpy as np
 
 import design
 import railenv
-from design.plots import NEUTRAL, SERIES, style
+from design.style import NEUTRAL, SERIES, style
 from examples.recipe import command_line, save, table
 
 RATES = np.array([0.0, 50e3, 100e3, 150e3, 200e3, 300e3, 400e3])  # N m s/rad

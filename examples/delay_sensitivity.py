@@ -11,7 +11,7 @@ import numpy as np
 import agents
 import design
 import railenv
-from design.plots import SERIES, style
+from design.style import SERIES, style
 from examples.recipe import LIMITS, command_line, critical, save, table, written
 from examples.yaw_rate_feedback import damper
 

@@ -15,7 +15,7 @@ from scipy.linalg import block_diag
 import agents
 import design
 import railenv
-from design.plots import SERIES, style
+from design.style import SERIES, style
 from examples.recipe import command_line, save, table
 
 NODES = (60.0, 240.0)  # m/s, at which gains are designed

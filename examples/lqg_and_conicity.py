@@ -12,7 +12,7 @@ import numpy as np
 import agents
 import design
 import railenv
-from design.plots import NEUTRAL, SERIES, style
+from design.style import NEUTRAL, SERIES, style
 from examples.recipe import LIMITS, command_line, critical, save, table, written
 
 SPEED = 130.0  # m/s, of the designs

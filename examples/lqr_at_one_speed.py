@@ -12,7 +12,7 @@ import numpy as np
 import agents
 import design
 import railenv
-from design.plots import STABLE, UNSTABLE, style
+from design.style import STABLE, UNSTABLE, style
 from examples.recipe import command_line, save, table
 
 SPEED = 160.0  # m/s; the vehicle alone hunts from 116 m/s

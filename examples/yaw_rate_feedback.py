@@ -13,7 +13,7 @@ import numpy as np
 
 import design
 import railenv
-from design.plots import STABLE, UNSTABLE, style
+from design.style import STABLE, UNSTABLE, style
 from examples.recipe import command_line, critical, save, table, written
 
 GAINS = (100e3, 150e3, 200e3, 300e3, 400e3)  # N m s/rad

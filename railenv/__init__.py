@@ -3,35 +3,74 @@
 >>> import railenv
 >>> model = railenv.Bogie(railenv.HIGH_SPEED_COACH)
 
-Analysis and control design are in :mod:`design`. Compiling (Numba) and python-control load on first
-use, not on import.
+Analysis and control design are in :mod:`design`. Each name loads its module on first use; compiling
+(Numba) and python-control load when something is computed.
 """
 
-from railenv.equilibrium import Equilibrium, find_equilibrium
-from railenv.equipment import Actuator, Equipped, Sensors
-from railenv.errors import (
-    EquationError,
-    EquilibriumError,
-    MissingPackageError,
-    ParameterError,
-    RailenvError,
-    SimulationError,
-    UnknownNameError,
-)
-from railenv.models import Bogie, CooperriderBogie, DualWheelset, Model
-from railenv.simulation import simulate
-from railenv.track import Track
-from railenv.vehicles import (
-    COOPERRIDER,
-    HIGH_SPEED_COACH,
-    PRESETS,
-    TABLE_1,
-    TABLE_1_PRINTED_LOADS,
-    CooperriderParameters,
-    Vehicle,
-)
+from importlib import import_module as _import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from railenv.equilibrium import Equilibrium, find_equilibrium
+    from railenv.equipment import Equipped
+    from railenv.errors import (
+        CompilationError,
+        EquationError,
+        EquilibriumError,
+        MissingPackageError,
+        ParameterError,
+        RailenvError,
+        SimulationError,
+        UnknownNameError,
+    )
+    from railenv.models import Assembled, Bogie, CooperriderBogie, DualWheelset, Model
+    from railenv.simulation import simulate
+    from railenv.track import Track
+    from railenv.vehicles import (
+        COOPERRIDER,
+        HIGH_SPEED_COACH,
+        PRESETS,
+        TABLE_1,
+        TABLE_1_PRINTED_LOADS,
+        CooperriderParameters,
+        Vehicle,
+    )
+    from railenv.vehicles.actuators import Actuator, LateralActuator, Sensors, YawActuator
+    from railenv.vehicles.assembly import Assembly
+    from railenv.vehicles.declared import MovingBody
 
 __version__ = "0.1.0"
+
+_MODULES = {
+    "equilibrium": ("Equilibrium", "find_equilibrium"),
+    "equipment": ("Equipped",),
+    "errors": (
+        "CompilationError",
+        "EquationError",
+        "EquilibriumError",
+        "MissingPackageError",
+        "ParameterError",
+        "RailenvError",
+        "SimulationError",
+        "UnknownNameError",
+    ),
+    "models": ("Assembled", "Bogie", "CooperriderBogie", "DualWheelset", "Model"),
+    "simulation": ("simulate",),
+    "track": ("Track",),
+    "vehicles": (
+        "COOPERRIDER",
+        "HIGH_SPEED_COACH",
+        "PRESETS",
+        "TABLE_1",
+        "TABLE_1_PRINTED_LOADS",
+        "CooperriderParameters",
+        "Vehicle",
+    ),
+    "vehicles.actuators": ("Actuator", "LateralActuator", "Sensors", "YawActuator"),
+    "vehicles.assembly": ("Assembly",),
+    "vehicles.declared": ("MovingBody",),
+}
+_HOME = {name: module for module, names in _MODULES.items() for name in names}
 
 __all__ = [
     "COOPERRIDER",
@@ -40,7 +79,10 @@ __all__ = [
     "TABLE_1",
     "TABLE_1_PRINTED_LOADS",
     "Actuator",
+    "Assembled",
+    "Assembly",
     "Bogie",
+    "CompilationError",
     "CooperriderBogie",
     "CooperriderParameters",
     "DualWheelset",
@@ -48,8 +90,10 @@ __all__ = [
     "Equilibrium",
     "EquilibriumError",
     "Equipped",
+    "LateralActuator",
     "MissingPackageError",
     "Model",
+    "MovingBody",
     "ParameterError",
     "RailenvError",
     "Sensors",
@@ -57,9 +101,26 @@ __all__ = [
     "Track",
     "UnknownNameError",
     "Vehicle",
+    "YawActuator",
     "find_equilibrium",
     "simulate",
 ]
+
+
+if not TYPE_CHECKING:  # type checkers read the imports above
+
+    def __getattr__(name):
+        """Load what is asked for: an exported name, or a module of the package."""
+        if name in _HOME:
+            value = getattr(_import_module(f"railenv.{_HOME[name]}"), name)
+            globals()[name] = value  # the next time it is found at once
+            return value
+        if name in (*_MODULES, "batch", "checks", "envs", "irregularity"):
+            return _import_module(f"railenv.{name}")
+        raise AttributeError(f"module 'railenv' has no attribute {name!r}")
+
+    def __dir__():
+        return sorted({*globals(), *__all__})
 
 
 def _register() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,12 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from railenv import checks
 from railenv.errors import ParameterError, shown
-from railenv.kernels import loader
-from railenv.models import Model
+from railenv.kernels import buffers, loader, pool
+from railenv.model import Model
+from railenv.threads import usable_threads
+from railenv.vehicles.tables import pack
 
-PARALLEL_FROM = 64
-"""Number of systems from which several threads pay."""
-
+THREAD_PAYS_FROM = 1000
+"""Steps of one system that are work enough for a thread (some 0.1 ms)."""
 
 MOST_STEPS = 10**9
 """Steps of one call, which cannot be interrupted."""
@@ -58,14 +60,8 @@ class Batch:
                 raise ParameterError(f"models contains {shown(given)}, which is no railenv.Model")
         checks.choice("dtype", dtype, list(loader.LANES))
         first = models[0]
-        if any(model.equations is not first.equations for model in models):
+        if any(model.structure != first.structure for model in models):
             raise ParameterError("models of a batch must share their equations")
-        for model in models:
-            if tuple(model.parameters) != tuple(first.parameters):
-                raise ParameterError(
-                    "models of a batch must have the same parameters in the same order: "
-                    f"{', '.join(first.parameters)}"
-                )
         self._model = first
         self.n = len(models)
         self._names = (first.state_names, first.input_names, ("speed", "curvature", "cant"))
@@ -73,9 +69,13 @@ class Batch:
         self._kernels = first.kernels(self._lanes, dtype)
         self._layout = self._kernels.LAYOUT
         n_blocks = -(-self.n // self._lanes)
-        self._blocks = np.zeros((n_blocks, self._layout.j * self._lanes), dtype=dtype)
+        self._blocks = buffers.zeros((n_blocks, self._layout.j * self._lanes), dtype)
+        tables, starts = pack([model.tables for model in models])
+        self._tables = tables.astype(dtype)
         self._write(
-            self._layout.p, self._layout.dx, [list(model.parameters.values()) for model in models]
+            self._layout.p,
+            self._layout.dx,
+            [[*m.parameters.values(), *own] for m, own in zip(models, starts, strict=True)],
         )
         self.conditions = [1.0, 0.0, 0.0]
 
@@ -145,7 +145,7 @@ class Batch:
 
     def rhs(self) -> NDArray[np.floating]:
         """Time derivatives of the states, shape (n, n_states)."""
-        self._kernels.rhs_blocks(self._blocks)
+        self._kernels.rhs_blocks(self._blocks, self._tables)
         return self._read(self._layout.dx, self._layout.work)
 
     def integrate(self, *, step: float, steps: int, parallel: bool | None = None) -> None:
@@ -159,11 +159,13 @@ class Batch:
             s.
         steps : int
         parallel : bool, optional
-            Use all threads; by default from 64 systems on.
+            Use all threads; by default as many as there is work for. ``RAILENV_NUM_THREADS`` says how
+            many there are.
         """
         h = self._kernels.real(checks.number("step", step, low=0.0, open_low=True, unit="s"))
         steps = checks.whole("steps", steps, low=0, high=MOST_STEPS)
-        if parallel is None:
-            parallel = self.n >= PARALLEL_FROM
-        kernel = self._kernels.rk4_blocks_parallel if parallel else self._kernels.rk4_blocks
-        kernel(self._blocks, h, steps)
+        threads = 1
+        if parallel is not False:
+            work = len(self._blocks) if parallel else self.n * steps // THREAD_PAYS_FROM
+            threads = min(usable_threads(), len(self._blocks), max(1, work))
+        pool.run(partial(self._kernels.rk4_blocks, self._blocks, self._tables, h, steps), threads)

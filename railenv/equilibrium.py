@@ -18,7 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from railenv import checks
 from railenv.errors import EquilibriumError, ParameterError
-from railenv.models import Evaluator, Model
+from railenv.evaluator import Evaluator
+from railenv.model import Model
 
 Array = NDArray[np.float64]
 
@@ -322,9 +323,10 @@ def tangent_equilibrium(model: Model, speed: float, inputs: Array) -> Array:
         evaluator.set(x, speed, 0.0, 0.0, inputs)
         return evaluator.jacobian()[:, :n]
 
-    result: Any = optimize.root(
-        f, model.guess, jac=jacobian, method="lm", options={"xtol": 1e-15, "ftol": 1e-15}
-    )
+    with np.errstate(all="ignore"):  # MINPACK underflows on its way; what it finds is checked
+        result: Any = optimize.root(
+            f, model.guess, jac=jacobian, method="lm", options={"xtol": 1e-15, "ftol": 1e-15}
+        )
     residual = float(np.abs(f(result.x)).max())
     if not residual < RESIDUAL_LIMIT:
         raise EquilibriumError(

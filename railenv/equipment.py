@@ -1,256 +1,301 @@
-"""Actuators and sensors of a vehicle, and the model of a vehicle that carries them."""
+"""Models that carry actuators and sensors."""
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from types import SimpleNamespace
-from typing import Any, Literal, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from railenv import checks
-from railenv.equations.coordinates import Running, bodies
-from railenv.equations.equipped import EQUIPMENT
+from railenv import checks, mounting
+from railenv.equations.coordinates import Running
+from railenv.equations.equipped import Equipment, Mount
 from railenv.equations.sensors import inertial_yaw_rate, specific_force
 from railenv.errors import ParameterError, shown
-from railenv.kernels import loader
-from railenv.models import Bogie, DualWheelset, Model
-from railenv.vehicles import ParameterRecord, quantity
+from railenv.kernels import store
+from railenv.model import Model
+from railenv.mounting import PLACES, Place
+from railenv.vehicles.actuators import Actuator, LateralActuator, Sensors, YawActuator
+from railenv.vehicles.guided import Guided
+from railenv.vehicles.records import ParameterRecord
 
-Place = Literal["none", "secondary", "primary"]
-PLACES = ("none", "secondary", "primary")
+__all__ = ["PLACES", "Actuator", "Equipped", "LateralActuator", "Place", "Sensors", "YawActuator"]
 
-_SOURCE = "railway practice"
 _COMPLEX_STEP = 1e-30
 
 
-def _positive(symbol: str, unit: str, meaning: str, **bounds: float) -> Any:
-    return quantity(symbol, unit, meaning, _SOURCE, low=0.0, open_low=True, **bounds)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Actuator(ParameterRecord):
-    """Actuated yaw damper: two longitudinal actuators with a force limit, a lag and a delay.
-
-    ``Actuator.secondary()`` and ``Actuator.primary()`` have realistic numbers; change them with
-    ``replace``.
-
-    Raises
-    ------
-    ParameterError
-        If a value is out of range; the message names field, value and range.
-    """
-
-    limit: float = _positive("M_max", "N m", "largest moment")
-    bandwidth: float = _positive("f_a", "Hz", "natural frequency of the second-order lag")
-    damping: float = _positive("zeta_a", "1", "damping ratio of the lag", high=10.0)
-    delay: float = quantity("T_d", "s", "transport delay", _SOURCE, low=0.0, high=1.0)
-    rate_limit: float = quantity(
-        "dM_max", "N m/s", "largest rate of moment; 1e300 is none", _SOURCE, low=0.0, open_low=True
-    )
-    arm: float = _positive("b_a", "m", "lateral arm of the dampers in parallel")
-    parallel_damping: float = quantity(
-        "C_p", "N s/m", "passive damper in parallel, each of two", _SOURCE, low=0.0
-    )
-    parallel_force_limit: float = _positive("F_p", "N", "force at which that damper goes flat")
-
-    @classmethod
-    def secondary(cls) -> Self:
-        """Return two actuators of 10 kN at +-1.3 m between bogie frame and vehicle body."""
-        return cls(
-            limit=26e3,
-            bandwidth=20.0,
-            damping=0.7,
-            delay=0.010,
-            rate_limit=1e300,
-            arm=1.3,
-            parallel_damping=0.0,
-            parallel_force_limit=9.8e3,
-        )
-
-    @classmethod
-    def primary(cls) -> Self:
-        """Return actuators of 5 kN m at each wheelset, between it and the bogie frame (an estimate)."""
-        return cls(
-            limit=5e3,
-            bandwidth=20.0,
-            damping=0.7,
-            delay=0.010,
-            rate_limit=1e300,
-            arm=1.0,
-            parallel_damping=0.0,
-            parallel_force_limit=9.8e3,
-        )
-
-    def parameters(self) -> dict[str, float]:
-        """Return what the equations of motion read; the delay lies before them."""
-        return {
-            "actuator_limit": self.limit,
-            "actuator_bandwidth": self.bandwidth,
-            "actuator_damping": self.damping,
-            "actuator_rate_limit": self.rate_limit,
-            "actuator_arm": self.arm,
-            "parallel_damping": self.parallel_damping,
-            "parallel_force_limit": self.parallel_force_limit,
-        }
-
-
-@dataclass(frozen=True, kw_only=True)
-class Sensors(ParameterRecord):
-    """Lateral accelerometer and yaw gyro on the bogie frame (of a dual wheelset: on both axles).
-
-    Raises
-    ------
-    ParameterError
-        If a value is out of range; the message names field, value and range.
-    """
-
-    accelerometer_bandwidth: float = _positive("f_acc", "Hz", "first-order filter", high=1e4)
-    gyro_bandwidth: float = _positive("f_gyro", "Hz", "first-order filter", high=1e4)
-    accelerometer_noise: float = quantity(
-        "s_acc", "m/s^2", "standard deviation of the noise in a sample", _SOURCE, low=0.0
-    )
-    gyro_noise: float = quantity(
-        "s_gyro", "rad/s", "standard deviation of the noise in a sample", _SOURCE, low=0.0
-    )
-    accelerometer_bias: float = quantity(
-        "b_acc", "m/s^2", "standard deviation of the bias, drawn per episode", _SOURCE, low=0.0
-    )
-    gyro_bias: float = quantity(
-        "b_gyro", "rad/s", "standard deviation of the bias, drawn per episode", _SOURCE, low=0.0
-    )
-
-    @classmethod
-    def standard(cls) -> Self:
-        """Return sensors as carried for bogie monitoring."""
-        return cls(
-            accelerometer_bandwidth=50.0,
-            gyro_bandwidth=50.0,
-            accelerometer_noise=0.05,
-            gyro_noise=1e-3,
-            accelerometer_bias=0.05,
-            gyro_bias=1e-4,
-        )
-
-    @classmethod
-    def ideal(cls) -> Self:
-        """Return sensors without noise and bias, and fast."""
-        return cls(
-            accelerometer_bandwidth=1e3,
-            gyro_bandwidth=1e3,
-            accelerometer_noise=0.0,
-            gyro_noise=0.0,
-            accelerometer_bias=0.0,
-            gyro_bias=0.0,
-        )
-
-    def parameters(self) -> dict[str, float]:
-        """Return what the equations of motion read; noise and bias are added to the readings."""
-        return {
-            "accelerometer_bandwidth": self.accelerometer_bandwidth,
-            "gyro_bandwidth": self.gyro_bandwidth,
-        }
-
-
 class Equipped(Model):
-    """A bogie or dual wheelset with actuators and sensors, whose states join the plant's own.
+    """A model with actuators and sensors, whose states join the plant's own.
 
-    States are the plant's, then moment and rate of each actuator (``T_b, dT_b``), then the filtered
-    readings of each sensor (``accel_b, gyro_b``). Inputs are the commanded moments (``command_b``,
-    N m), then the plant's own. The transport delay is not part of the equations.
+    States are the plant's, then what each actuator develops and its rate (``T_b, dT_b``; of a lateral
+    one ``F_..., dF_...``), then the filtered readings of each sensor (``accel_b, gyro_b``). Inputs are
+    the commands (``command_b``, N m or N), then the plant's own. The transport delay is not part of the
+    equations.
 
     Parameters
     ----------
-    plant : Bogie or DualWheelset
-    place : {"none", "secondary", "primary"}
-        Where the actuators are: between frame and body (bogie only), or between wheelsets and frame.
+    plant : Model
+        Any assembly, such as a Bogie, or equations of your own with ``bodies``.
+    place : {"secondary", "primary", "both", "none"}, optional
+        The usual yaw actuators: between frames and what is above them, between wheelsets and frames,
+        or both. "secondary" when left out, unless ``actuators`` are given.
     actuator : Actuator, optional
-        ``Actuator.secondary()`` or ``Actuator.primary()`` when left out.
+        Of those; ``Actuator.secondary()`` or ``Actuator.primary()`` when left out.
     sensors : Sensors, optional
         ``Sensors.standard()`` when left out.
+    actuators : sequence of YawActuator and LateralActuator, optional
+        Instead of a place: any number, between any two bodies. All must have the same delay.
+    sensed : sequence of str, optional
+        Bodies that carry sensors; the frames when left out, or the wheelsets where no frame moves.
 
     Raises
     ------
     ParameterError
         If the plant cannot carry actuators at that place.
-    """
+    UnknownNameError
+        If there is no such body.
 
-    _shipped = True
+    Examples
+    --------
+    >>> import railenv
+    >>> coach = railenv.Bogie(railenv.HIGH_SPEED_COACH)
+    >>> railenv.Equipped(coach, "both").command_names
+    ('command_w1', 'command_w2', 'command_b')
+    """
 
     def __init__(
         self,
-        plant: Bogie | DualWheelset,
-        place: Place = "secondary",
+        plant: Model,
+        place: Place | None = None,
         actuator: Actuator | None = None,
         sensors: Sensors | None = None,
+        *,
+        actuators: Sequence[YawActuator] | None = None,
+        sensed: Sequence[str] | None = None,
     ) -> None:
-        if not isinstance(plant, (Bogie, DualWheelset)):
-            raise ParameterError(f"plant is {plant!r}; it must be a Bogie or a DualWheelset")
-        chosen: Any = place
-        if not isinstance(chosen, str) or (plant.name, chosen) not in EQUIPMENT:
-            allowed = [repr(p) for p in PLACES if (plant.name, p) in EQUIPMENT]
+        given: Any = plant
+        if not isinstance(given, Model) or isinstance(given, Equipped):
+            raise ParameterError(f"plant is {plant!r}; it must be a railenv.Model without equipment")
+        if not plant.body_names:
             raise ParameterError(
-                f"place is {shown(place)}; actuators of a {plant.name} are at {', '.join(allowed)}"
+                f"{plant.name} does not say which of its states are whose motion; give its `bodies` "
+                "(railenv.MovingBody)"
             )
-        default = Actuator.primary() if place == "primary" else Actuator.secondary()
         self.plant = plant
-        self.place = place
-        self.actuator = default if actuator is None else actuator
         self.sensors = Sensors.standard() if sensors is None else sensors
-        self.equipment = EQUIPMENT[plant.name, place]
-        for name, value, kind in (
-            ("actuator", self.actuator, Actuator),
-            ("sensors", self.sensors, Sensors),
-        ):
-            if not isinstance(value, kind):
-                raise ParameterError(f"{name} is {value!r}; it must be a railenv.{kind.__name__}")
-        extra = len(self.equipment.state_names) - plant.n_states
-        self._assemble(
-            f"{plant.name}_{place}",
+        if not isinstance(self.sensors, Sensors):
+            raise ParameterError(f"sensors is {self.sensors!r}; it must be a railenv.Sensors")
+        self.place: str
+        if actuators is None:
+            self.place = "secondary" if place is None else place
+            mounted = _usual(plant, self.place, actuator)
+        elif place is not None or actuator is not None:
+            raise ParameterError(
+                "actuators are given, and place or actuator as well; give either them or these"
+            )
+        else:
+            self.place = "custom"
+            mounted = _mounted(plant, actuators)
+        self._equip(*mounted, mounting.sensed_bodies(plant, sensed))
+
+    def _equip(
+        self,
+        mounts: Sequence[Mount],
+        groups: Mapping[str, Actuator],
+        extra: Mapping[str, float],
+        sensed: tuple[str, ...],
+    ) -> None:
+        plant = self.plant
+        self.groups = dict(groups)
+        self._places = dict(extra)
+        delays = {a.delay for a in self.groups.values()}
+        if len(delays) > 1:
+            listed = ", ".join(f"{d:g}" for d in sorted(delays))
+            raise ParameterError(f"delays of the actuators are {listed} s; they must be the same")
+        lateral = mounting.lateral_rates(plant, sensed)
+        wheelsets = mounting.wheelsets_with_forces(plant)
+        self.equipment = Equipment(
+            plant.equations,
+            plant.state_names,
+            plant.input_names,
+            wheelsets,
+            tuple(mounts),
+            sensed,
+            lateral,
+        )
+        own = {
+            group + name: value
+            for group, a in self.groups.items()
+            for name, value in a.parameters().items()
+        }
+        taken = {*plant.parameters, *plant.tables} & {*own, *extra, *self.sensors.parameters()}
+        if taken:
+            raise ParameterError(
+                f"{plant.name} has parameters {', '.join(sorted(taken))}, which its equipment needs; "
+                "rename them"
+            )
+        count = len(self.equipment.state_names) - plant.n_states
+        self._set(
+            f"{plant.name}_{self.place}",
             self.equipment.state_names,
             self.equipment.input_names,
-            self.equipment.equations,
-            {**plant.parameters, **self.actuator.parameters(), **self.sensors.parameters()},
+            self.equipment,
+            {**plant.parameters, **own, **extra, **self.sensors.parameters()},
             [*plant.scale, *self._scales()],
-            [*plant.guess, *[0.0] * extra],
-            loader.shipped_source(f"{plant.name}_{place}"),
+            [*plant.guess, *[0.0] * count],
+            plant.tables,
         )
-        self._attributes = SimpleNamespace(**self.parameters)
+        self._attributes = SimpleNamespace(**self.parameters, **self.tables)
+
+    @property
+    def structure(self) -> str:
+        """What the model is made of, but the numbers."""
+        e = self.equipment
+        mounts = [(m.name, m.between, m.acts, m.group) for m in e.mounts]
+        return f"{self.plant.structure} equipped {mounts} {e.sensed} {list(self.parameters)}"
+
+    @property
+    def _source(self) -> str:
+        return store.source_of(store.Recipe(self.structure, self._write))
+
+    @property
+    def _signals(self) -> Any:
+        return self.equipment.signals
+
+    @property
+    def _constants(self) -> dict[str, Any]:
+        """What the control steps of environments need to know (``kernels/environment``)."""
+        e, x, u = self.equipment, self.state_names.index, self.input_names.index
+        return {
+            "N_ACTUATORS": len(e.mounts),
+            "N_SENSED": len(e.sensed),
+            "N_FORCES": len(e.wheelsets),
+            "GUIDED": tuple((x(g.y), x(g.psi), x(g.dy)) for g in self.guided),
+            "RAILS": tuple(tuple(map(u, g.rails)) or (-1, -1, -1) for g in self.guided),
+        }
 
     def _scales(self) -> list[float]:
         """Return typical magnitudes of the actuators' and sensors' states."""
-        omega = 2.0 * math.pi * self.actuator.bandwidth
-        actuators = [1e-2 * self.actuator.limit, 1e-2 * self.actuator.limit * omega]
-        return actuators * len(self.equipment.actuated) + [0.1, 1e-2] * len(self.equipment.sensed)
+        found = []
+        for mount in self.equipment.mounts:
+            a = self.groups[mount.group]
+            found += [1e-2 * a.limit, 1e-2 * a.limit * 2.0 * math.pi * a.bandwidth]
+        return [*found, *[0.1, 1e-2] * len(self.equipment.sensed)]
+
+    # ---------------------------------------------------------------- what there is
+
+    @property
+    def actuator(self) -> Actuator:
+        """The actuators' numbers, where all share them.
+
+        Raises
+        ------
+        ParameterError
+            If there are several kinds; see :attr:`groups`.
+        """
+        kinds = list(self.groups.values())
+        if len(kinds) != 1:
+            raise ParameterError(
+                f"{self.name} has {len(kinds)} kinds of actuators; `groups` has each by its prefix"
+            )
+        return kinds[0]
+
+    @property
+    def delay(self) -> float:
+        """Transport delay (s) of all commands."""
+        return next((a.delay for a in self.groups.values()), 0.0)
+
+    @property
+    def limits(self) -> NDArray[np.float64]:
+        """Largest moment (N m) or force (N) of each actuator."""
+        return np.array([self.groups[m.group].limit for m in self.equipment.mounts])
+
+    @property
+    def sensed(self) -> tuple[str, ...]:
+        """Bodies that carry sensors."""
+        return self.equipment.sensed
+
+    @property
+    def body_states(self) -> dict[str, dict[str, str]]:
+        """State of each coordinate and rate (``y``, ``dpsi``) of each body that moves."""
+        return self.plant.body_states
+
+    @property
+    def body_places(self) -> dict[str, float]:
+        """Place (m) along the vehicle of each body that moves."""
+        return self.plant.body_places
+
+    @property
+    def guided(self) -> tuple[Guided, ...]:
+        """The wheelsets."""
+        return self.plant.guided
+
+    @property
+    def vehicle_name(self) -> str:
+        """What the vehicle is called."""
+        return self.plant.vehicle_name
+
+    @property
+    def gravity(self) -> float:
+        """Acceleration due to gravity, m/s^2."""
+        return self.plant.gravity
+
+    @property
+    def lateral_states(self) -> tuple[str, ...]:
+        """States that are lateral displacements of bodies."""
+        return self.plant.lateral_states
+
+    @property
+    def axle_load(self) -> float:
+        """Load (N) that one wheelset brings on the rails at rest."""
+        return self.plant.axle_load
+
+    def with_plant(self, plant: Model) -> Self:
+        """Return another plant of the same structure with this equipment."""
+        model = copy.copy(self)
+        model.plant = plant
+        e = self.equipment
+        model._equip(e.mounts, self.groups, self._places, e.sensed)
+        return model
 
     def replace(self, **changes: Any) -> Self:
-        """Return the same model with some fields of its vehicle, actuator or sensors changed.
+        """Return the same model with some numbers of its plant, actuators or sensors changed.
+
+        Numbers of the actuators have their fields' names, behind the group's prefix where there are
+        several kinds (``primary_limit``); ``delay`` is that of all.
 
         Raises
         ------
         UnknownNameError
-            If a name is a field of none of them.
+            If a name belongs to none of them.
         """
-        fields = [f.name for f in dataclasses.fields(self.plant.vehicle)]
-        checks.known("parameter", changes, [*dict.fromkeys([*fields, *self.variable_names])])
-        of_actuator = {f.name for f in dataclasses.fields(self.actuator)} & set(changes)
-        of_sensors = {f.name for f in dataclasses.fields(self.sensors)} & set(changes)
-        rest = {n: v for n, v in changes.items() if n not in of_actuator | of_sensors}
-        return type(self)(
-            self.plant.replace(**rest) if rest else self.plant,
-            self.place,
-            self.actuator.replace(**{n: changes[n] for n in of_actuator}),
-            self.sensors.replace(**{n: changes[n] for n in of_sensors}),
-        )
+        fields = getattr(self.plant, "vehicle", None)
+        further = [f.name for f in dataclasses.fields(fields)] if fields is not None else []
+        checks.known("parameter", changes, [*dict.fromkeys([*further, *self.variable_names])])
+        model, rest = copy.copy(self), dict(changes)
+        groups = {}
+        for group, a in self.groups.items():
+            own = {f: rest.pop(group + f) for f in _own_names(a) if group + f in rest}
+            groups[group] = a.replace(**own, delay=changes.get("delay", a.delay))
+        rest.pop("delay", None)
+        places = {n: checks.number(n, rest.pop(n, v), unit="m") for n, v in self._places.items()}
+        of_sensors = {f: rest.pop(f) for f in _names(self.sensors) if f in rest}
+        model.sensors = self.sensors.replace(**of_sensors)
+        model.plant = self.plant.replace(**rest) if rest else self.plant
+        model._equip(self.equipment.mounts, groups, places, self.equipment.sensed)
+        return model
 
     @property
     def variable_names(self) -> tuple[str, ...]:
-        """What :meth:`replace` changes: quantities of the vehicle, the actuator and the sensors."""
-        extra = (f.name for r in (self.actuator, self.sensors) for f in dataclasses.fields(r))
-        return (*self.plant.variable_names, *extra)
+        """What :meth:`replace` changes: quantities of the plant, the actuators and the sensors."""
+        own = (group + f for group, a in self.groups.items() for f in _own_names(a))
+        delay = ("delay",) if self.groups else ()
+        return (*self.plant.variable_names, *own, *delay, *self._places, *_names(self.sensors))
 
     @property
     def command_names(self) -> tuple[str, ...]:
@@ -333,10 +378,57 @@ class Equipped(Model):
         """
         state = np.concatenate([plant_state, np.zeros(self.n_states - self.plant.n_states)])
         names = self.state_names
-        run, p = Running(speed, curvature, cant), self._attributes
-        motions = dict(zip(self.equipment.body_names, bodies(plant_state.tolist()), strict=True))
+        run = Running(speed, curvature, cant)
+        motions = self.plant.equations.motions(plant_state.tolist())
         for body in self.equipment.sensed:
-            force = specific_force(0.0, motions[body], run, p)
+            force = specific_force(0.0, motions[body], run, self.gravity)
             state[names.index(f"accel_{body}")] = force
             state[names.index(f"gyro_{body}")] = inertial_yaw_rate(motions[body], run)
         return state
+
+
+def _names(record: ParameterRecord) -> list[str]:
+    return [f.name for f in dataclasses.fields(record)]
+
+
+def _own_names(actuator: Actuator) -> list[str]:
+    """Numbers that kinds of actuators may differ in: the delay is that of all."""
+    return [name for name in _names(actuator) if name != "delay"]
+
+
+_Mounted = tuple[Sequence[Mount], dict[str, Actuator], dict[str, float]]
+"""Where actuators are mounted, their kinds by prefix, and places of lateral ones."""
+
+
+def _usual(plant: Model, place: str, actuator: Actuator | None) -> _Mounted:
+    """Return the yaw actuators of one of the usual places."""
+    if actuator is not None and not isinstance(actuator, Actuator):
+        raise ParameterError(f"actuator is {actuator!r}; it must be a railenv.Actuator")
+    chosen = mounting.usual(plant, place)
+    groups = {g: actuator or getattr(Actuator, kind)() for g, kind in chosen.groups.items()}
+    return chosen.mounts, groups, {}
+
+
+def _mounted(plant: Model, actuators: Sequence[YawActuator]) -> _Mounted:
+    """Return actuators given one by one."""
+    given: list[Any] = list(actuators)
+    wrong = [a for a in given if not isinstance(a, YawActuator)]
+    if wrong:
+        raise ParameterError(
+            f"actuators has {shown(wrong[0])}; it may have railenv.YawActuator and LateralActuator"
+        )
+    names = [a.name for a in given]
+    if len(set(names)) < len(names):
+        raise ParameterError(f"actuators are named {', '.join(names)}; names must differ")
+    alike = len({a.actuator for a in given}) == 1
+    mounts: list[Mount] = []
+    groups: dict[str, Actuator] = {}
+    places: dict[str, float] = {}
+    for a in given:
+        group = "" if alike else f"{a.name}_"
+        groups[group] = a.actuator
+        mounts.append(Mount(a.name, a.between, a.acts, group))
+        mounting.check(plant, a.between, a.acts, a.name)
+        if isinstance(a, LateralActuator):
+            places |= {f"{a.name}_x": a.x, f"{a.name}_z": a.z}
+    return mounts, groups, places

@@ -56,6 +56,10 @@ class EquationError(RailenvError, TypeError):
     """Equations of motion hold something that no kernel can be generated from."""
 
 
+class CompilationError(RailenvError, RuntimeError):
+    """Kernels cannot be compiled in this process."""
+
+
 class EquilibriumError(RailenvError):
     """No running equilibrium was found.
 

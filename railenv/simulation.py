@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from railenv import checks
 from railenv.equilibrium import find_equilibrium
 from railenv.errors import ParameterError, SimulationError, shown
-from railenv.models import Model
+from railenv.model import Model
 from railenv.track import Track
 
 if TYPE_CHECKING:
@@ -105,17 +105,10 @@ def simulate(
     >>> bool(abs(response.outputs[0, -1]) < 1e-4)
     True
     """
-    if track is not None and not isinstance(track, Track):
-        raise ParameterError(f"track is {shown(track)}; it must be a railenv.Track")
-    curvature, cant = checks.curvature(radius), checks.cant(cant)
-    if track is not None and (curvature or cant):
-        raise ParameterError(
-            f"radius is {radius:g} m and cant {cant:g} rad; give either them or a track, not both"
-        )
-    plan = Track.circular(radius, cant) if track is None else track
+    line = _line(track, radius, cant)
     duration = checks.number("duration", duration, low=0.0, open_low=True, unit="s")
     output_step = checks.number("output_step", output_step, low=0.0, open_low=True, unit="s")
-    run = _Run(model, speed, plan, checks.mapping("inputs", inputs), duration)
+    run = _Run(model, speed, line, checks.mapping("inputs", inputs), duration)
     start = run.initial_state(initial_state, checks.mapping("perturbation", perturbation))
     rows = _count("output_step", output_step, duration, _MOST_SAMPLES)
     times = np.linspace(0.0, duration, rows + 1)
@@ -133,6 +126,20 @@ def simulate(
             response,
         )
     return response
+
+
+def _line(track: Track | None, radius: float, cant: float) -> Track:
+    """Return the track that is given, or else the circular one."""
+    if track is not None and not isinstance(track, Track):
+        raise ParameterError(f"track is {shown(track)}; it must be a railenv.Track")
+    curvature, cant = checks.curvature(radius), checks.cant(cant)
+    if track is None:
+        return Track.circular(radius, cant)
+    if curvature or cant:
+        raise ParameterError(
+            f"radius is {radius:g} m and cant {cant:g} rad; give either them or a track, not both"
+        )
+    return track
 
 
 def _count(name: str, step: float, whole: float, most: int) -> int:
@@ -257,38 +264,44 @@ def natural_step(model: Model, state: Array, *, speed: float, curvature: float, 
 
 
 def _runge_kutta(run: _Run, start: Array, times: Array, step: float | None) -> Array:
-    model = run.model
-    interval = float(times[1] - times[0])
-    first = run.drive(np.zeros(1), 0.0)[0]
+    """Return the states at the times up to which the kernel's RK4 gets."""
     if step is None:
         step = run.natural_step(start)
     else:
         step = checks.number("step", step, low=0.0, open_low=True, unit="s")
         _count("step", step, run.duration, _MOST_STEPS)
+    interval = float(times[1] - times[0])
     stride = _count("step", step, interval, _MOST_STEPS)
+    h = interval / stride
+    model = run.model
     kernels = model.kernels()
     layout = kernels.LAYOUT
     w = np.zeros(layout.j)
-    w[layout.p : layout.dx] = list(model.parameters.values())
+    w[layout.p : layout.dx], t = model.rows()
     w[: layout.u] = start
-    h = interval / stride
-    if run.constant:
-        w[layout.u : layout.p] = first[0]
-        out = np.empty((len(times), model.n_states))
-        return out[: kernels.rk4_record(w, h, stride, out)]
-    chunks = [start[None, :]]
-    rows_left, row, distance = len(times) - 1, 0, 0.0
-    while rows_left:
-        rows = min(rows_left, max(1, _CHUNK // stride))
+    if not run.constant:
+        return np.concatenate([start[None, :], *_driven(run, w, t, times, h, stride)])
+    w[layout.u : layout.p] = run.drive(np.zeros(1), 0.0)[0][0]
+    out = np.empty((len(times), model.n_states))
+    return out[: kernels.rk4_record(w, t, h, stride, out)]
+
+
+def _driven(run: _Run, w: Array, t: Array, times: Array, h: float, stride: int) -> Iterator[Array]:
+    """Yield the states after the first, some rows at a time, while they are finite.
+
+    ``w`` and ``t`` are the buffers of the kernel, ``stride`` the steps h from one row to the next.
+    """
+    row, last, distance = 0, len(times) - 1, 0.0
+    while row < last:
+        rows = min(last - row, max(1, _CHUNK // stride))
         halves = times[row] + 0.5 * h * np.arange(2 * rows * stride + 1)
         drive, distance = run.drive(halves, distance)
-        out = np.empty((rows + 1, model.n_states))
-        good = kernels.rk4_driven(w, h, stride, drive, out)
-        chunks.append(out[1:good])
+        out = np.empty((rows + 1, run.model.n_states))
+        good = run.model.kernels().rk4_driven(w, t, h, stride, drive, out)
+        yield out[1:good]
         if good < rows + 1:
-            break
-        rows_left, row = rows_left - rows, row + rows
-    return np.concatenate(chunks)
+            return
+        row += rows
 
 
 def _by_scipy(run: _Run, start: Array, times: Array, method: str, rtol: float, atol: float) -> Array:
@@ -303,8 +316,11 @@ def _by_scipy(run: _Run, start: Array, times: Array, method: str, rtol: float, a
     grid = np.linspace(0.0, times[-1], max(2001, 20 * len(times)))
     distance = integrate.cumulative_trapezoid(run._signal("speed", run.speed, grid), grid, initial=0.0)
 
+    asked = np.geterr()
+
     def set_evaluator(t: float, x: Array) -> None:
-        drive, _ = run.drive(np.array([t]), float(np.interp(t, grid, distance)))
+        with np.errstate(**asked):  # functions of the caller's
+            drive, _ = run.drive(np.array([t]), float(np.interp(t, grid, distance)))
         speed, curvature, cant = drive[0, m:]
         evaluator.set(x, speed, curvature, cant, drive[0, :m])
 
@@ -320,8 +336,15 @@ def _by_scipy(run: _Run, start: Array, times: Array, method: str, rtol: float, a
         return found
 
     implicit: Any = {"jac": jacobian} if method in _IMPLICIT else {}
-    solver = getattr(integrate, method)(f, 0.0, start, times[-1], rtol=rtol, atol=atol, **implicit)
-    chunks, done = [start[None, :]], 1
+    # the solvers divide by zero and underflow on their way, and rely on going on
+    with np.errstate(all="ignore"):
+        solver = getattr(integrate, method)(f, 0.0, start, times[-1], rtol=rtol, atol=atol, **implicit)
+        return _solved(solver, times)
+
+
+def _solved(solver: Any, times: Array) -> Array:
+    """Return the states at the times up to which a solver of SciPy gets."""
+    chunks, done = [solver.y[None, :].copy()], 1
     while solver.status == "running":
         before = solver.t
         try:

@@ -1,11 +1,51 @@
-"""One thread for linear algebra with small matrices, where several only wait for each other."""
+"""How many threads the package uses: for kernels, and for linear algebra with small matrices."""
 
 from __future__ import annotations
 
 import functools
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
+
+from railenv.errors import ParameterError, shown
+
+MOST_THREADS = 1024
+_VARIABLE = "RAILENV_NUM_THREADS"
+
+
+def usable_threads() -> int:
+    """Return how many threads kernels may run on.
+
+    ``RAILENV_NUM_THREADS`` says how many. Where it is not set there are as many as the process has
+    processors, or fewer where joblib started the process beside others.
+
+    Raises
+    ------
+    ParameterError
+        If ``RAILENV_NUM_THREADS`` is no whole number from 1 to 1024.
+    """
+    chosen = os.environ.get(_VARIABLE, "").strip()
+    if chosen:
+        # isdecimal alone would take digits of other scripts
+        if not (chosen.isascii() and chosen.isdecimal() and 1 <= int(chosen[:9]) <= MOST_THREADS):
+            raise ParameterError(
+                f"{_VARIABLE} is {shown(chosen)}; it must be a whole number from 1 to {MOST_THREADS}, "
+                "or not be set"
+            )
+        return int(chosen)
+    # what joblib tells the libraries of its processes, so that all together use each processor once
+    share = os.environ.get("NUMBA_NUM_THREADS", "")
+    least = int(share) if share.isascii() and share.isdecimal() else 0
+    processors = _processors()
+    return min(processors, least) if least else processors
+
+
+def _processors() -> int:
+    """Return the number of processors that the process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 @contextmanager

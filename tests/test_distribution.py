@@ -104,12 +104,13 @@ def test_wheel_has_the_packages_and_nothing_else(sdist, wheel):
     assert own == {name for name in files(sdist) if name.split("/")[0] in PACKAGES}
     data = {name for name in own if not name.endswith(".py")}
     assert {f"{package}/py.typed" for package in PACKAGES} < data
-    assert {f"agents/data/{name}.npz" for name in agents.shipped_names()} < data
-    assert {f"agents/hyperparams/{name}.yml" for name in ("ppo", "sac", "td3")} < data
+    assert {f"agents/controllers/data/{name}.npz" for name in agents.shipped_names()} < data
+    assert {f"agents/learning/hyperparams/{name}.yml" for name in ("ppo", "sac", "td3")} < data
     assert "design/reproduction/templates/page.html" in data
-    assert "railenv/kernels/bogie.py" in own
+    assert {f"railenv/vehicles/{name}.toml" for name in ("bogie", "dual_wheelset")} < data
+    assert {f"railenv/kernels/texts/{name}.pyk" for name in ("environment", "integrators")} < data
     kinds = {Path(name).suffix for name in own}
-    assert kinds == {".py", ".typed", ".npz", ".yml", ".html", ".css"}
+    assert kinds == {".py", ".pyk", ".toml", ".typed", ".npz", ".yml", ".html", ".css"}
 
 
 def test_wheel_says_what_it_is(wheel):

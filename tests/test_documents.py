@@ -10,10 +10,10 @@ import pytest
 from typer.main import get_command
 from typer.testing import CliRunner
 
-import railenv
 from design.reproduction.sections.critical_speeds import CAPTION, HEADINGS, TITLE, CriticalSpeeds
 from railenv import cli
-from tests.pages import DOCS, ROOT
+from railenv.vehicles.lookup import named
+from tests.pages import DOCS, ROOT, script
 
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.rglob("*.md"))]
 TEXTS = {page: page.read_text(encoding="utf-8") for page in PAGES}
@@ -35,6 +35,13 @@ def blocks(page, kind):
     return [text for found, text in BLOCKS[page] if found == kind]
 
 
+def write_files(page, folder):
+    """Write the blocks of a page that are files: their first line is a comment with a name."""
+    for block in blocks(page, "toml"):
+        if found := re.match(r"# ([\w.]+\.toml)\n", block):
+            (folder / found[1]).write_text(block)
+
+
 def pages_with(kind):
     return [pytest.param(page, id=IDS[page]) for page in PAGES if blocks(page, kind)]
 
@@ -48,6 +55,7 @@ def test_every_block_is_of_a_kind_that_is_tested():
 @pytest.mark.parametrize("page", pages_with("python"))
 def test_python_blocks_run_and_print_what_their_comments_say(page, capsys, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
+    write_files(page, tmp_path)
     namespace = {"__name__": "__main__"}  # a block may go on from those above it
     for i, block in enumerate(blocks(page, "python")):
         name = f"{page.name}, block {i}"
@@ -73,7 +81,7 @@ def test_python_blocks_run_and_print_what_their_comments_say(page, capsys, monke
 def test_toml_blocks_are_vehicles(page, tmp_path):
     for block in blocks(page, "toml"):
         (tmp_path / "mine.toml").write_text(block)
-        vehicle = railenv.Vehicle.from_toml(tmp_path / "mine.toml")
+        vehicle = named(str(tmp_path / "mine.toml"))
         assert vehicle.name == tomllib.loads(block)["name"]
 
 
@@ -124,11 +132,17 @@ def parsed(words):
 def test_commands_run(page, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.toml").write_text('base = "HIGH_SPEED_COACH"\nname = "mine"\n')
+    write_files(page, tmp_path)
     for name, *words in commands(page):
         if name != "railenv" or (short := shortened(parsed(words))) is None:
             continue
         result = CliRunner().invoke(cli.app, short)
         assert result.exit_code == 0, f"{words}: {result.output}"
+
+
+def options_of(command):
+    """Return the options of a command, those that switch something off among them."""
+    return {o for p in command.params for o in (*p.opts, *p.secondary_opts)}
 
 
 def test_commands_in_sentences_exist():
@@ -138,7 +152,7 @@ def test_commands_in_sentences_exist():
         for text in re.findall(r"`railenv ([^`]+)`", TEXTS[page].replace("\n", " ")):
             name, *words = shlex.split(text)
             assert name in known or name.startswith("-"), f"{IDS[page]}: railenv {text}"
-            options = {o for p in known[name].params for o in p.opts} if name in known else {name}
+            options = options_of(known[name]) if name in known else {name}
             unknown = {word for word in words if word.startswith("-")} - options - {"--help"}
             assert not unknown, f"{IDS[page]}: railenv {text}"
             found += 1
@@ -146,7 +160,7 @@ def test_commands_in_sentences_exist():
 
 
 def test_other_commands_name_what_exists():
-    targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
+    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     programs = set()
     for page in PAGES:
@@ -154,7 +168,7 @@ def test_other_commands_name_what_exists():
             programs.add(words[0].rpartition("/")[2])
             if words[0] == "make":
                 assert set(words[1:]) <= targets, IDS[page]
-        for name in re.findall(r"`make ([a-z]+)", TEXTS[page]):
+        for name in re.findall(r"`make ([a-z-]+)", TEXTS[page]):
             assert name in targets, f"{IDS[page]}: make {name}"
         for names in re.findall(r"(?:\.|railenv)\[([a-z,0-9]+)\]'", TEXTS[page]):
             assert set(names.split(",")) <= set(project["optional-dependencies"]), IDS[page]
@@ -192,3 +206,8 @@ def test_links_between_the_pages_lead_somewhere():
         for target in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", TEXTS[page]):
             if not target.startswith("http"):
                 assert (page.parent / target).exists(), f"{IDS[page]}: {target}"
+
+
+def test_page_of_vehicle_files_is_generated_from_the_metadata():
+    text = (DOCS / "vehicle-files.md").read_text(encoding="utf-8")
+    assert script("make_vehicle_files").page(text) == text

@@ -23,11 +23,11 @@ def test_page_is_generated_from_the_code(case):
 def test_picture_is_animated_and_small(case):
     from PIL import Image
 
-    path = DOCS / "environments" / f"{case.file}.gif"
+    path = DOCS / "environments" / f"{case.file}.webp"
     assert path.stat().st_size < LARGEST_PICTURE
     with Image.open(path) as picture:
         assert picture.n_frames > 10
-        assert picture.size == make_environments.PICTURE
+        assert picture.size == script("environment_pictures").PICTURE
 
 
 @pytest.mark.parametrize("case", CASES)

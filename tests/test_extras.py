@@ -10,7 +10,7 @@ import pytest
 
 import agents
 import railenv
-from tests.agents.test_learned import policy
+from tests.agents.controllers.test_learned import policy
 from tests.pages import ROOT
 from tests.sources import PACKAGES, imports
 
@@ -53,7 +53,7 @@ def test_what_needs_no_extra_works(tmp_path, coach):
         """
         import gymnasium, numpy as np
         import agents, design, railenv
-        from agents.recipe import recipe
+        from agents.learning.recipe import recipe
         from railenv import cli
         from typer.testing import CliRunner
 
@@ -97,7 +97,7 @@ def test_what_needs_no_extra_works(tmp_path, coach):
 def test_what_needs_an_extra_names_it(tmp_path):
     (tmp_path / "recipe.json").write_text('{"railenv/Bogie-v0": {"n_timesteps": 100}}')
     tries = {
-        "importlib.import_module('agents.sb3')": "rl",
+        "importlib.import_module('agents.learning.sb3')": "rl",
         "agents.train('ppo', 'railenv/Bogie-v0')": "rl",
         "agents.train('ppo', 'railenv/Bogie-v0', config='recipe.json')": "rl",
         "agents.resume('nowhere')": "rl",

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from agents.controller import equipped
-from agents.diagram import closed_loop_diagram
-from agents.evaluation import Plan, evaluate
-from agents.files import ControllerFile
-from agents.growth import linear_growth_rates
-from agents.learned import LearnedPolicy
-from agents.load import controller_of
-from agents.scheduled import ScheduledController
+from agents.controllers.controller import equipped
+from agents.controllers.files import ControllerFile
+from agents.controllers.learned import LearnedPolicy
+from agents.controllers.load import controller_of
+from agents.controllers.scheduled import ScheduledController
+from agents.evaluation.diagram import closed_loop_diagram
+from agents.evaluation.evaluating import evaluate
+from agents.evaluation.evaluation import Plan
+from agents.evaluation.growth import linear_growth_rates
 from railenv import Bogie
 
 Stored = ScheduledController | LearnedPolicy

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from agents.evaluation import Evaluation
+from agents.evaluation.evaluation import Evaluation
 from design.reproduction import DataTable
 
 

@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from agents.diagram import ClosedLoopDiagram
-from agents.evaluation import Evaluation
-from agents.plots import colors, plot_comparison, plot_growth
-from design.cycles import CycleBranch
+from agents.evaluation.colors import colors
+from agents.evaluation.diagram import ClosedLoopDiagram
+from agents.evaluation.evaluation import Evaluation
+from agents.evaluation.evaluation_plots import plot_comparison
+from agents.evaluation.growth_plots import plot_growth
+from design.cycles.cycle import CycleBranch
 from design.reproduction import Drawing
 from design.reproduction.drawing import legend_below, panel, retitle, take_handles
 

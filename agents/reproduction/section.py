@@ -12,9 +12,9 @@ import numpy as np
 from markupsafe import Markup
 
 import agents
-from agents.diagram import ClosedLoopDiagram
-from agents.evaluation import Evaluation, Plan
-from agents.leaderboard import columns, ordered, row
+from agents.evaluation.diagram import ClosedLoopDiagram
+from agents.evaluation.evaluation import Evaluation, Plan
+from agents.evaluation.leaderboard import columns, ordered, row
 from agents.reproduction import computations, figures, words
 from agents.reproduction import data as tables
 from agents.reproduction.computations import Stored
@@ -25,7 +25,7 @@ from design.reproduction.document import fragment
 from design.reproduction.section import Data
 from railenv.errors import ParameterError
 
-_CODE = ("agents/*.py", "railenv/envs/*.py")
+_CODE = ("agents/controllers/*.py", "agents/evaluation/*.py", "railenv/envs/*.py")
 _NAME = re.compile(r"[\w.-]+")
 _RATES = 96  # speeds of the growth rates
 

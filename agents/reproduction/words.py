@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from agents.evaluation import Evaluation, written
-from agents.leaderboard import push
-from agents.nonlinear import OFFSET
+from agents.evaluation.evaluation import Evaluation, written
+from agents.evaluation.leaderboard import push
+from agents.evaluation.nonlinear import OFFSET
 from design.reproduction.cases import COACH
 from railenv import Equipped
 

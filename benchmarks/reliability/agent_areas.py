@@ -16,14 +16,14 @@ from hypothesis import strategies as st
 
 import agents
 import railenv
-from agents import recipe as recipes
-from agents.files import ControllerFile
-from agents.load import controller_of
+from agents.controllers.files import ControllerFile
+from agents.controllers.load import controller_of
+from agents.learning import recipe as recipes
 from benchmarks.reliability import values
 from benchmarks.reliability.fuzz import Area
 from benchmarks.reliability.values import ANYTHING, number, rarely
-from railenv.envs.episodes import PINNABLE
-from railenv.envs.settings import RewardWeights, Settings
+from railenv.envs.episodes import RUNNING
+from railenv.envs.settings import RANDOMIZABLE, RewardWeights, Settings
 
 _FOLDER = Path(tempfile.mkdtemp(prefix="railenv-fuzz-"))
 IDS = ("railenv/Bogie-v0", "railenv/DualWheelset-v0")
@@ -38,6 +38,7 @@ def _pairs(low: float, high: float) -> st.SearchStrategy[Any]:
 
 _SETTINGS: dict[str, st.SearchStrategy[Any]] = {
     "vehicle": rarely(values.vehicles(), ANYTHING),
+    "model": rarely(st.one_of(st.none(), values.MODELS), ANYTHING),
     "actuator": rarely(st.sampled_from(["secondary", "primary", "none"]), ANYTHING),
     "observation": rarely(st.sampled_from(["state", "sensors"]), ANYTHING),
     "history": rarely(st.integers(0, 3), ANYTHING),
@@ -80,7 +81,7 @@ _OPTIONS: dict[str, st.SearchStrategy[Any]] = {
     "offset": number(-0.02, 0.02),
     "mass": ANYTHING,
 }
-assert set(_OPTIONS) == {*PINNABLE, "mass"}
+assert set(_OPTIONS) == {*RUNNING, *RANDOMIZABLE, "mass"}
 assert set(_SETTINGS) >= {f.name for f in dataclasses.fields(Settings)} - {"plant"}
 
 
@@ -187,8 +188,8 @@ _VECTORS = st.fixed_dictionaries(
 @cache
 def _learned() -> agents.LearnedPolicy:
     """Return a small policy on top of a shipped controller."""
-    from agents.memory import Memory, MemorySettings
-    from agents.network import Network, Normalization
+    from agents.controllers.memory import Memory, MemorySettings
+    from agents.controllers.network import Network, Normalization
 
     base: Any = agents.shipped("yaw-rate")
     memory = MemorySettings(history=1, corners=(1.0,), past_commands=1)
@@ -304,7 +305,7 @@ def _replace_array(arrays: dict[str, Any], name: str, change: Any) -> None:
 
 
 def _controller_file(content: ControllerFile) -> None:
-    from agents.files import write
+    from agents.controllers.files import write
 
     path = _FOLDER / "controller.npz"
     write(path, content)

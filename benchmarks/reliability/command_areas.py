@@ -21,7 +21,7 @@ from rich.console import Console
 import railenv
 from benchmarks.reliability.fuzz import Area
 from benchmarks.reliability.values import rarely
-from railenv import cli
+from railenv.cli import application
 from railenv.errors import RailenvError
 
 _FOLDER = Path(tempfile.mkdtemp(prefix="railenv-fuzz-"))
@@ -54,14 +54,14 @@ def call(arguments: list[str]) -> tuple[int, str, str]:
     status: Any = 0
     with (
         mock.patch.object(sys, "argv", ["railenv", *arguments]),
-        mock.patch.object(cli, "out", Console(file=out, width=100)),
-        mock.patch.object(cli, "err", Console(file=err, width=100)),
+        mock.patch.object(application, "out", Console(file=out, width=100)),
+        mock.patch.object(application, "err", Console(file=err, width=100)),
         contextlib.redirect_stdout(out),
         contextlib.redirect_stderr(err),
         _inside(_FOLDER),
     ):
         try:
-            cli.main()
+            application.main()
         except SystemExit as end:
             status = end.code
     plt.close("all")

@@ -14,14 +14,14 @@ import numpy as np
 
 import agents
 import railenv
-from agents.evaluation import load_evaluations, save_evaluations
-from agents.leaderboard import markdown
-from agents.recipe import recipe, recipe_of_run
+from agents.evaluation.evaluation import load_evaluations, save_evaluations
+from agents.evaluation.leaderboard import markdown
+from agents.learning.recipe import recipe, recipe_of_run
 from benchmarks.reliability.agent_areas import IDS, controller_files
 from benchmarks.reliability.fuzz import FAILURE, Tally, check_message, limited, note
 from design.reproduction.store import Piece
 from design.reproduction.store import Store as Pieces
-from design.store import Store
+from design.studies.store import Store
 from railenv.errors import RailenvError
 
 UNCHANGED, PART, CHANGED, REFUSED = "as before", "a part", "other values", "refused"
@@ -66,7 +66,7 @@ def kinds(leaderboard: Path) -> Iterator[Kind]:
     )
     for name, content in controller_files().items():
         if name in ("YawRateFeedback", "LearnedPolicy"):
-            agents.files.write(folder / "whole.npz", content)
+            agents.controllers.files.write(folder / "whole.npz", content)
             whole = (folder / "whole.npz").read_bytes()
             yield Kind(f"controller, {name} (npz)", whole, ".npz", _controller, True)
     settings = {"axes": {"conicity": [0.1, 0.2]}, "speed": 1.5}

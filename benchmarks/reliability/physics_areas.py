@@ -236,7 +236,7 @@ def _equations(term: str) -> None:
     w = np.zeros(40)
     w[:7] = 0.3, 0.7, 0.2, 2.0, 0.0, 0.0, 1.1
     try:
-        module["rhs"](w)
+        module["rhs"](w, np.zeros(1))
         expected = equations([0.3, 0.7], [0.2], 2.0, 0.0, 0.0, SimpleNamespace(k=1.1))[1]
         expected = complex(expected)
     except (ArithmeticError, ValueError, TypeError):

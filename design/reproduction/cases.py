@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 import railenv
-from design.plots import SERIES
 from design.reproduction import paper
+from design.style import SERIES
 from railenv.models import Bogie, DualWheelset
 from railenv.vehicles import Vehicle
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from design.cycles import CycleBranch
-from design.diagram import SimulatedDiagram
-from design.polach import HUNTING
+from design.cycles.cycle import CycleBranch
+from design.cycles.diagram import SimulatedDiagram
+from design.cycles.polach import HUNTING
 from design.reproduction import paper, pieces
 from design.reproduction.adhesion import adhesion_limit
 from design.reproduction.cases import CASES, MODEL_TITLES, PRINTED, Case, ModelName

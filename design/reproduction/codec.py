@@ -16,13 +16,13 @@ import control
 import numpy as np
 from numpy.typing import NDArray
 
-from design.critical_speed import CriticalSpeed
-from design.cycles import Cycle, CycleBranch, SpecialPoint
-from design.diagram import SimulatedDiagram
-from design.hunting_map import HuntingMap
-from design.periodic import Setting
-from design.spectrum import Spectrum
-from design.sweep import CurveSweep
+from design.cycles.cycle import Cycle, CycleBranch, SpecialPoint
+from design.cycles.diagram import SimulatedDiagram
+from design.cycles.hunting_map import HuntingMap
+from design.cycles.periodic import Setting
+from design.cycles.spectrum import Spectrum
+from design.stability.loss import CriticalSpeed
+from design.stability.sweep import CurveSweep
 from railenv.errors import ParameterError
 from railenv.models import Bogie, DualWheelset
 from railenv.vehicles import Vehicle

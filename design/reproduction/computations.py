@@ -12,15 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 import railenv
-from design.critical_speed import SPEED_RANGE, CriticalSpeed, critical_speed
-from design.cycles import Cycle, CycleBranch, cycle_branch
-from design.diagram import SimulatedDiagram, simulated_diagram
-from design.hunting_map import HuntingMap, hunting_map
-from design.linearization import linearize
-from design.polach import HUNTING
+from design.cycles.branch import cycle_branch
+from design.cycles.cycle import Cycle, CycleBranch
+from design.cycles.diagram import SimulatedDiagram, simulated_diagram
+from design.cycles.hunting_map import HuntingMap, hunting_map
+from design.cycles.polach import HUNTING
+from design.cycles.spectrum import spectrum
+from design.linear.linearization import linearize
 from design.reproduction.codec import response as time_response
-from design.spectrum import spectrum
-from design.sweep import curve_sweep
+from design.stability.critical_speed import SPEED_RANGE, critical_speed
+from design.stability.loss import CriticalSpeed
+from design.stability.sweep import curve_sweep
 from railenv.models import Bogie, DualWheelset
 
 VehicleModel = Bogie | DualWheelset

@@ -1,4 +1,4 @@
-"""Panels of the report: small enough to be read on a phone, in the style of :mod:`design.plots`."""
+"""Panels of the report: small enough to be read on a phone, in the style of :mod:`design.style`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from design.plots import style
+from design.style import style
 
 PANEL = (4.6, 3.5)
 """Inches; wider figures would be too small to read on a phone."""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from joblib.externals.loky.process_executor import BrokenProcessPool
@@ -13,10 +14,13 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from design.reproduction.document import Part, page
 from design.reproduction.section import Data, Section
-from design.reproduction.store import Results, Store
+from design.reproduction.store import Piece, Results, Store
 from design.reproduction.workers import compute, write
 from railenv.errors import ParameterError, RailenvError
 from railenv.files import write_whole
+
+Update = Callable[..., None]
+"""Of the bar: takes ``advance`` and ``description``."""
 
 STORE = "pieces"
 """Folder of the stored computations, in the directory of the report."""
@@ -89,38 +93,59 @@ def reproduce(
         store.clear()
     pieces = list({piece.name: piece for s in sections for piece in s.pieces()}.values())
     missing = [piece for piece in pieces if not store.has(piece)]
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(bar_width=24),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-    )
-    shown = console or Console(quiet=True)
-    with Progress(*columns, console=shown, transient=True) as progress:
-        task = progress.add_task("", total=len(pieces) + len(sections))
-        progress.update(task, completed=len(pieces) - len(missing))
+    with _bar(console) as bar:
+        task = bar.add_task("", total=len(pieces) + len(sections), completed=len(pieces) - len(missing))
+        update = partial(bar.update, task)
         try:
-            progress.update(task, description="computing (kernels are compiled once)")
-            with closing(compute(missing, store, jobs)) as computed:
-                for piece in computed:
-                    progress.update(task, advance=1, description=f"done: {piece.label or piece.name}")
+            _compute(missing, store, jobs, update)
             data = Results(store, pieces)
-            parts: list[Part] = []
-            files: list[Path] = []
-            progress.update(task, description="writing")
-            with closing(write(sections, data, directory, jobs)) as done:
-                for part, written in done:
-                    parts.append(part)
-                    files += written
-                    progress.update(task, advance=1, description=f"written: {part.title}")
+            parts, files = _write(sections, data, directory, jobs, update)
         except (KeyboardInterrupt, BrokenProcessPool) as error:
-            stored = sum(store.has(piece) for piece in pieces)
-            what = "interrupted" if isinstance(error, KeyboardInterrupt) else "a process was killed"
-            raise Interrupted(
-                f"{what} with {stored} of {len(pieces)} computations done; they are kept in "
-                f"{store.directory}. Run the same command again, without --fresh, to go on"
-            ) from None
+            raise _interrupted(error, store, pieces) from None
     path = directory / "report.html"
     path.parent.mkdir(parents=True, exist_ok=True)
     write_whole(path, page(parts, note))
     return Report(path, tuple(files), data, len(missing), len(pieces) - len(missing))
+
+
+def _bar(console: Console | None) -> Progress:
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=24),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        console=console or Console(quiet=True),
+        transient=True,
+    )
+
+
+def _compute(missing: Sequence[Piece], store: Store, jobs: int, update: Update) -> None:
+    """Compute what is missing, into the store."""
+    update(description="computing (kernels are compiled once)")
+    with closing(compute(missing, store, jobs)) as computed:
+        for piece in computed:
+            update(advance=1, description=f"done: {piece.label or piece.name}")
+
+
+def _write(
+    sections: Sequence[Section], data: Results, directory: Path, jobs: int, update: Update
+) -> tuple[list[Part], list[Path]]:
+    """Write figures and data of all sections; return their parts of the page, and the files."""
+    parts: list[Part] = []
+    files: list[Path] = []
+    update(description="writing")
+    with closing(write(sections, data, directory, jobs)) as done:
+        for part, written in done:
+            parts.append(part)
+            files += written
+            update(advance=1, description=f"written: {part.title}")
+    return parts, files
+
+
+def _interrupted(error: BaseException, store: Store, pieces: Sequence[Piece]) -> Interrupted:
+    stored = sum(store.has(piece) for piece in pieces)
+    what = "interrupted" if isinstance(error, KeyboardInterrupt) else "a process was killed"
+    return Interrupted(
+        f"{what} with {stored} of {len(pieces)} computations done; they are kept in "
+        f"{store.directory}. Run the same command again, without --fresh, to go on"
+    )

@@ -22,7 +22,19 @@ from railenv.files import npz, read_arrays, write_whole
 
 _TREE = "tree"
 _ROOT = Path(__file__).resolve().parent.parent.parent
-_CODE = ("railenv/*.py", "railenv/equations/*.py", "railenv/kernels/*.py", "design/*.py")
+_CODE = (
+    "railenv/*.py",
+    "railenv/equations/*.py",
+    "railenv/kernels/*.py",
+    "railenv/kernels/texts/*",
+    "railenv/vehicles/*.py",
+    "railenv/vehicles/*.toml",
+    "design/*.py",
+    "design/linear/*.py",
+    "design/loop/*.py",
+    "design/stability/*.py",
+    "design/cycles/*.py",
+)
 """What every computation may depend on; the module of its own function is added to it."""
 
 
@@ -42,7 +54,7 @@ class Piece:
         What the progress bar says; the name when left out.
     code : tuple of str
         Patterns of source files that the function uses beside its own module, ``railenv`` and
-        ``design``; from the folder that holds the packages, as ``agents/*.py``.
+        ``design``; from the folder that holds the packages, as ``agents/evaluation/*.py``.
     """
 
     name: str
@@ -93,8 +105,6 @@ def _fingerprint(patterns: tuple[str, ...]) -> str:
         if not paths:
             raise ParameterError(f"code has the pattern {pattern!r}, which no file in {_ROOT} matches")
         for path in paths:
-            if path.name.startswith("cli"):  # the command line, which no computation uses
-                continue
             digest.update(path.name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()
 

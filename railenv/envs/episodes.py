@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,10 +15,10 @@ from railenv.envs.observation import CANT_BASE
 from railenv.envs.settings import LOWEST_SPEED, RANDOMIZABLE, Settings
 from railenv.errors import ParameterError
 from railenv.irregularity import SAMPLES, SPACING
-from railenv.vehicles import Vehicle
+from railenv.model import Model
 
-PINNABLE = ("speed", "radius", "cant", "irregularity_factor", "offset", *RANDOMIZABLE)
-"""What ``reset(options=...)`` may pin."""
+RUNNING = ("speed", "radius", "cant", "irregularity_factor", "offset")
+"""What ``reset(options=...)`` may pin of any vehicle, beside its own numbers."""
 
 _DRAWS = 16  # uniform numbers of an episode, always all drawn, so that pins change nothing else
 
@@ -35,8 +35,10 @@ class Episode:
         Of the circular curve, 1/m and rad; both signed.
     plan : tuple of float
         Start and end of the clothoid into the curve and of that out of it, m.
-    vehicle : Vehicle
-    creep_factor : float
+    plant : Model
+        The vehicle.
+    numbers : mapping of str to float
+        Numbers of the vehicle that may vary from episode to episode.
     irregularity_factor : float
     line_offset : float
         m along the line of irregularities.
@@ -51,8 +53,8 @@ class Episode:
     curvature: float
     cant: float
     plan: tuple[float, float, float, float]
-    vehicle: Vehicle
-    creep_factor: float
+    plant: Model
+    numbers: Mapping[str, float]
     irregularity_factor: float
     line_offset: float
     offset: float
@@ -70,10 +72,7 @@ class Episode:
             "speed": self.speed,
             "radius": self.radius,
             "cant": self.cant,
-            "conicity": self.vehicle.conicity,
-            "friction": self.vehicle.friction,
-            "creep_factor": self.creep_factor,
-            "body_mass": self.vehicle.body_mass,
+            **self.numbers,
             "irregularity_factor": self.irregularity_factor,
             "offset": self.offset,
         }
@@ -85,16 +84,17 @@ def draw(settings: Settings, rng: np.random.Generator, pinned: Mapping[str, Any]
     Raises
     ------
     UnknownNameError
-        If a pinned name is not one of ``PINNABLE``.
+        If a pinned name is neither one of ``RUNNING`` nor a number of the vehicle that may vary.
     ParameterError
         If pinned quantities are impossible, alone or together.
     """
-    checks.known("option", pinned, PINNABLE)
+    checks.known("option", pinned, [*RUNNING, *settings.variable])
     u = rng.random(_DRAWS)
-    biases = rng.standard_normal(4)
+    biases = rng.standard_normal(max(4, 2 * len(settings.equipped.sensed)))
     noise_seed = int(rng.integers(2**63))
+    further = rng.random(max(0, len(settings.variable) - len(RANDOMIZABLE)))
     speed, curvature, cant = _running(settings, u, pinned)
-    vehicle, creep_factor = _vehicle(settings, u[8:12], pinned)
+    plant, numbers = _plant(settings, np.concatenate([u[8:12], further]), pinned)
     factor = _between(settings.irregularity_factor, u[5])
     if "irregularity_factor" in pinned:
         factor = checks.number("irregularity_factor", pinned["irregularity_factor"], low=0.0)
@@ -106,8 +106,8 @@ def draw(settings: Settings, rng: np.random.Generator, pinned: Mapping[str, Any]
         curvature=curvature,
         cant=cant,
         plan=_plan(settings, speed, u[12:16]),
-        vehicle=vehicle,
-        creep_factor=creep_factor,
+        plant=plant,
+        numbers=numbers,
         irregularity_factor=factor if settings.irregularity else 0.0,
         line_offset=float(u[6]) * SAMPLES * SPACING,
         offset=float(offset),
@@ -127,7 +127,7 @@ def _running(
 
     What is free is drawn from the part of its range that what is pinned leaves possible.
     """
-    gravity = settings.vehicle.gravity
+    gravity = settings.equipped.gravity
     slack = settings.max_cant_deficiency / CANT_BASE
     hand = 1.0 if u[0] < 0.5 else -1.0
     tangent = bool(u[1] < settings.tangent_share)
@@ -179,17 +179,26 @@ def _impossible(settings: Settings, pinned: Mapping[str, Any]) -> ParameterError
     )
 
 
-def _vehicle(
+def _plant(
     settings: Settings, u: NDArray[np.float64], pinned: Mapping[str, Any]
-) -> tuple[Vehicle, float]:
+) -> tuple[Model, dict[str, float]]:
+    """Return the vehicle of an episode, and its numbers that may vary."""
     values = {
         name: _between(settings.randomize[name], u[i])
-        for i, name in enumerate(RANDOMIZABLE)
+        for i, name in enumerate(settings.variable)
         if name in settings.randomize
     }
-    values |= {name: pinned[name] for name in RANDOMIZABLE if name in pinned}
-    vehicle = settings.vehicle.replace(**values) if values else settings.vehicle
-    return vehicle, float(values.get("creep_factor", 1.0))
+    values |= {name: pinned[name] for name in settings.variable if name in pinned}
+    plant = settings.equipped.plant
+    if values:
+        plant = plant.replace(**values)
+    return plant, numbers_of(plant, settings.variable, values)
+
+
+def numbers_of(plant: Model, names: Sequence[str], changes: Mapping[str, float]) -> dict[str, float]:
+    """Return numbers of a vehicle; ``creep_factor`` is what its creep coefficients were changed by."""
+    given = {"creep_factor": float(changes.get("creep_factor", 1.0)), **plant.parameters}
+    return {name: given[name] for name in names}
 
 
 def _plan(

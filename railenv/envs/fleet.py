@@ -9,7 +9,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -20,11 +20,13 @@ from railenv.envs.episodes import Episode, draw
 from railenv.envs.metrics import CFR_LIMIT
 from railenv.envs.observation import Reading, delay_slots, observation_table
 from railenv.envs.settings import LOWEST_SPEED, Settings
-from railenv.equations.coordinates import Running, bodies
+from railenv.equations.coordinates import Running
 from railenv.equations.sensors import specific_force
 from railenv.equilibrium import find_equilibrium
 from railenv.errors import EquilibriumError, ParameterError, shown
-from railenv.models import Bogie, DualWheelset
+from railenv.kernels import buffers, pool
+from railenv.threads import usable_threads
+from railenv.vehicles.guided import Guided
 
 Array = NDArray[np.float64]
 
@@ -42,11 +44,11 @@ REASONS = (
 RIDE_SCALE = CFR_LIMIT
 """m/s^2, the acceleration at which the ride term is 1/2: the limit of 49 CFR 213.333."""
 
-PARALLEL_FROM = 512
-"""Number of environments from which several threads pay, on a machine that is not busy otherwise.
+THREAD_PAYS_FROM = 128
+"""Number of environments that are work enough for a thread, some 0.1 ms.
 
-Below it, waiting for a thread costs more than it saves. ``NUMBA_NUM_THREADS=1`` keeps to one thread,
-which is better beside other work on the same cores, such as a learner's.
+With fewer, waking it costs more than it saves. ``RAILENV_NUM_THREADS=1`` keeps to one thread, which is
+best where other processes have the other processors, such as environments of their own.
 """
 
 _RING_SECONDS, _RING_METRES = 2.0, 100.0
@@ -68,21 +70,23 @@ class Fleet:
     def __init__(self, settings: Settings, n: int, lanes: int) -> None:
         self.settings = settings
         self.n = n
-        self.model = settings.model()
+        self.model = settings.equipped
         self._lanes = lanes
         self._kernels = self.model.kernels(lanes, program="environment")
-        self._delay = _delay(settings, self.model.actuator.delay)
+        self._delay = _delay(settings, self.model.delay)
         before, after, slots = self._delay
         T = settings.control_period
         layout = self._kernels.LAYOUT
         self._layout = layout
+        self._rows, self._tables = self.model.rows()
         n_blocks = -(-n // lanes)
         longest = math.ceil(2.0 / (LOWEST_SPEED * T))  # control steps in 2 m at the lowest speed
-        rows = self._kernels.E_WINDOWS + 8 * longest + slots * max(1, self.n_actuators)
-        self._blocks = np.zeros((n_blocks, layout.j * lanes))
-        self._extras = np.zeros((n_blocks, rows * lanes))
+        rows = self._kernels.E_WINDOWS + 2 * self._kernels.N_WHEELS * longest
+        rows += slots * max(1, self.n_actuators)
+        self._blocks = buffers.zeros((n_blocks, layout.j * lanes))
+        self._extras = buffers.zeros((n_blocks, rows * lanes))
         self._plan = (before, after, slots, self.settings.observation == "state", longest)
-        fraction = math.fmod(self.model.actuator.delay, T) if before else 0.0
+        fraction = math.fmod(self.model.delay, T) if before else 0.0
         self._real_plan = (
             fraction / before if before else 0.0,
             (T - fraction) / after,
@@ -116,7 +120,7 @@ class Fleet:
     @property
     def n_actuators(self) -> int:
         """Number of actuators of one vehicle."""
-        return len(self.model.equipment.actuated)
+        return len(self.model.command_names)
 
     @cached_property
     def observation_table(self) -> list[Reading]:
@@ -174,7 +178,7 @@ class Fleet:
         """Return applied moments of one environment's actuators, as shares of the limit."""
         n = self.model.plant.n_states
         moments = self._view(self._blocks, i)[n : n + 2 * self.n_actuators : 2]
-        return np.clip(moments / self.model.actuator.limit, -1.0, 1.0)
+        return np.clip(moments / self.model.limits, -1.0, 1.0)
 
     def conditions(self, i: int) -> tuple[float, float, float]:
         """Speed, curvature and cant where one environment is now."""
@@ -182,8 +186,10 @@ class Fleet:
         return float(speed), float(curvature), float(cant)
 
     def rails(self, i: int) -> Array:
-        """Lateral displacement of the rails under both wheelsets, m."""
-        return self._view(self._blocks, i)[self._layout.c - 6 : self._layout.c - 4].copy()
+        """Lateral displacement of the rails under each wheelset, m."""
+        w, names = self._view(self._blocks, i), self.model.input_names
+        under = (g.rails for g in self._guided)
+        return np.array([w[self._layout.u + names.index(n[0])] if n else 0.0 for n in under])
 
     def equilibrium(self, i: int) -> Array:
         """Return the plant's running equilibrium where one environment is, shape (n_states,)."""
@@ -236,21 +242,23 @@ class Fleet:
 
     def _equilibria(self, episode: Episode) -> Array:
         """Equilibria of the plant at equal shares of the episode's curve, shape (NODES, n)."""
-        plant = self._plant_of(episode)
+        plant = episode.plant
         kernels = plant.kernels()
         layout = kernels.LAYOUT
-        if episode.vehicle not in self._tangent_states:
-            if episode.vehicle is not self.settings.vehicle:
+        vehicle = tuple(plant.parameters.values())
+        if vehicle not in self._tangent_states:
+            if plant is not self.model.plant:
                 self._tangent_states.clear()  # of other random vehicles
             # at one speed always, so that the last bit does not depend on earlier episodes
             found = find_equilibrium(plant, speed=LOWEST_SPEED).state
-            self._tangent_states[episode.vehicle] = found
+            self._tangent_states[vehicle] = found
         w = np.zeros(layout.rows)
-        w[layout.p : layout.dx] = list(plant.parameters.values())
-        w[: layout.u] = self._tangent_states[episode.vehicle]
+        w[layout.p : layout.dx], tables = plant.rows()
+        w[: layout.u] = self._tangent_states[vehicle]
         w[layout.c] = episode.speed
         out = np.empty((self._kernels.NODES, plant.n_states))
-        found = kernels.follow_curve(w, *self._cells, plant.scale, episode.curvature, episode.cant, out)
+        curve = (episode.curvature, episode.cant)
+        found = kernels.follow_curve(w, tables, *self._cells, plant.scale, *curve, out)
         if found < len(out):
             raise EquilibriumError(
                 f"{plant.name} has no running equilibrium at {episode.speed:g} m/s on a curve of "
@@ -261,10 +269,10 @@ class Fleet:
             )
         return out
 
-    def _plant_of(self, episode: Episode) -> Bogie | DualWheelset:
-        if episode.vehicle is self.settings.vehicle:
-            return self.model.plant
-        return type(self.model.plant)(episode.vehicle)
+    @cached_property
+    def _guided(self) -> tuple[Guided, ...]:
+        """The wheelsets, with the numbers of the settings' vehicle."""
+        return self.model.guided
 
     @cached_property
     def _cells(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -276,18 +284,23 @@ class Fleet:
         """Start an episode in one environment and write its observation."""
         model, k, layout = self.model, self._kernels, self._layout
         w, e = self._view(self._blocks, i), self._view(self._extras, i)
-        plant = self._plant_of(episode)
-        parameters = {**plant.parameters, **model.actuator.parameters(), **model.sensors.parameters()}
+        plant, n = episode.plant, len(model.plant.parameters)
         w[:] = 0.0
-        w[layout.p : layout.dx] = list(parameters.values())
+        w[layout.p : layout.dx] = self._rows
+        w[layout.p : layout.p + n] = list(plant.parameters.values())
         w[layout.c] = episode.speed
         e[:] = 0.0
         e[k.E_CURVATURE], e[k.E_CANT] = episode.curvature, episode.cant
         e[k.E_PLAN : k.E_PLAN + 4] = episode.plan
         e[k.E_OFFSET], e[k.E_LEVEL] = episode.line_offset, episode.irregularity_factor
-        e[k.E_WAVENUMBER] = 2.0 * math.pi / episode.vehicle.klingel_wavelength
+        e[k.E_GRAVITY] = model.gravity
+        for row, g in enumerate(self._guided if plant is model.plant else plant.guided):
+            e[k.E_CLEARANCE + row], e[k.E_AHEAD + row] = g.clearance, g.x
+            e[k.E_WAVENUMBER + row] = 2.0 * math.pi / g.wavelength
+        e[k.E_LIMIT : k.E_BIAS] = model.limits
         spread = (model.sensors.accelerometer_bias, model.sensors.gyro_bias)
-        e[k.E_BIAS : k.E_BIAS + 4] = episode.biases * np.tile(spread, 2)
+        readings = 2 * len(model.sensed)
+        e[k.E_BIAS : k.E_REFERENCE] = episode.biases[:readings] * np.tile(spread, readings // 2)
         e[k.E_REFERENCE : k.E_LIFTED] = self._references(episode, nodes).ravel()
         at_start = 1.0 if episode.plan[0] < 0.0 else 0.0
         state = model.steady_state(
@@ -296,9 +309,8 @@ class Fleet:
             curvature=at_start * episode.curvature,
             cant=at_start * episode.cant,
         )
-        for name in model.plant.state_names:
-            if name.startswith("y_"):
-                state[model.state_names.index(name)] += episode.offset
+        for name in plant.lateral_states:
+            state[model.state_names.index(name)] += episode.offset
         w[: layout.u] = state
         self._window[i] = math.ceil(2.0 / (episode.speed * self.settings.control_period))
         self._seeds[i] = episode.noise_seed
@@ -321,13 +333,13 @@ class Fleet:
     def _references(self, episode: Episode, nodes: Array) -> Array:
         """Table of what rewards are measured from, shape (NODES, REFERENCES)."""
         names = self.model.plant.state_names
-        columns = [nodes[:, names.index(n)] for n in ("y_w1", "y_w2", "psi_w1", "psi_w2")]
+        wanted = (*(g.y for g in self._guided), *(g.psi for g in self._guided))
+        columns = [nodes[:, names.index(n)] for n in wanted]
         share = np.linspace(0.0, 1.0, len(nodes))
         run = Running(episode.speed, share * episode.curvature, share * episode.cant)
-        motions = dict(zip(self.model.equipment.body_names, bodies(list(nodes.T)), strict=True))
-        for body in self.model.equipment.sensed:
-            columns.append(specific_force(0.0, motions[body], run, episode.vehicle))
-        columns += [np.zeros(len(nodes))] * (self._kernels.REFERENCES - len(columns))
+        motions = episode.plant.equations.motions(list(nodes.T))
+        gravity = episode.plant.gravity
+        columns += [specific_force(0.0, motions[body], run, gravity) for body in self.model.sensed]
         return np.stack(columns, axis=1)
 
     def step(self, actions: NDArray[np.floating]) -> None:
@@ -338,11 +350,21 @@ class Fleet:
         actions : ndarray, shape (n, n_actuators)
             Commands as shares of the limit, clipped to [-1, 1].
         """
-        kernel = self._kernels.control_steps
-        if self._lanes > 1 and self.n >= PARALLEL_FROM:
-            kernel = self._kernels.control_steps_parallel
         commands = np.asarray(actions, dtype=float)
-        kernel(self._blocks, self._extras, commands, self._plan, self._real_plan, self._arrays)
+        inputs = (
+            self._blocks,
+            self._extras,
+            self._tables,
+            commands,
+            self._plan,
+            self._real_plan,
+            self._arrays,
+        )
+        if self._lanes > 1:
+            threads = min(usable_threads(), max(1, self.n // THREAD_PAYS_FROM))
+            pool.run(partial(self._kernels.control_steps_shared, *inputs), threads)
+        else:
+            self._kernels.control_steps(*inputs)
         self.steps += 1
 
     def totals(self, i: int) -> dict[str, float]:
@@ -357,10 +379,11 @@ class Fleet:
         }
 
     def recent(self, i: int) -> Array:
-        """Signals of one environment's last seconds, oldest first, shape (samples, 5).
+        """Signals of one environment's last seconds, oldest first, shape (samples, RING_SIGNALS).
 
-        Lateral displacements of both wheelsets from the equilibrium (m), sums of guiding forces of both
-        axles (N), specific force of the first sensed body from the steady one (m/s^2).
+        Lateral displacement of each wheelset from the equilibrium (m), sum of guiding forces of each
+        axle whose forces are known (N), specific force of the first sensed body from the steady one
+        (m/s^2).
         """
         steps, ring = int(self.steps[i]), self._ring[i]
         if steps < len(ring):

@@ -69,14 +69,14 @@ def episode_metrics(fleet: Fleet, i: int) -> dict[str, float]:
         unstable.
     """
     period = fleet.settings.control_period
-    recent = fleet.recent(i)
+    recent, n = fleet.recent(i), len(fleet.model.guided)
     amplitude, frequency = amplitude_and_frequency(recent[:, 0], period)
     return {
         "hunting_amplitude": amplitude,
         "hunting_frequency": frequency,
         **fleet.totals(i),
-        "cfr_213_333": _cfr(recent[:, 4], period),
-        "en_14363": _en(fleet, i, recent[:, 2:4], frequency, period),
+        "cfr_213_333": _cfr(recent[:, -1], period),
+        "en_14363": _en(fleet, i, recent[:, n:-1], frequency, period),
     }
 
 
@@ -90,7 +90,7 @@ def _cfr(acceleration: Array, period: float) -> float:
 
 def _en(fleet: Fleet, i: int, guiding: Array, frequency: float, period: float) -> float:
     """Return the reading of EN 14363: sum of guiding forces over 100 m, as a share of its limit."""
-    if len(guiding) < _FEWEST or frequency <= 0.0:
+    if len(guiding) < _FEWEST or guiding.shape[1] == 0 or frequency <= 0.0:
         return 0.0
     speed = fleet.conditions(i)[0]
     band = (frequency - EN_HALF_BAND, frequency + EN_HALF_BAND)
@@ -103,6 +103,4 @@ def en_limit(fleet: Fleet, i: int) -> float:
     """Limit (N) of the sum of guiding forces' rms: half of 10 kN + P/3, with P the axle load."""
     episode = fleet.episodes[i]
     assert episode is not None
-    vehicle = episode.vehicle
-    axle = (vehicle.wheelset_mass * vehicle.gravity) + vehicle.external_load / 2.0
-    return 0.5 * (10e3 + axle / 3.0)
+    return 0.5 * (10e3 + episode.plant.axle_load / 3.0)

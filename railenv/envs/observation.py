@@ -23,7 +23,7 @@ class Reading(NamedTuple):
     scale : float
         What the quantity is divided by: its size in strong hunting.
     signal : str
-        The same quantity (without noise) among the signals of :mod:`design.feedback`.
+        The same quantity (without noise) among the signals of :mod:`design.loop.feedback`.
     """
 
     name: str
@@ -51,14 +51,16 @@ def observation_table(
     """
     rows = []
     if observation == "state":
-        limit = model.actuator.limit
-        rows = [Reading(n, _unit(n), _scale(n, limit), n) for n in model.state_names]
-        for command in model.command_names:
-            for age in range(1, delay_slots(model.actuator.delay, control_period)):
+        rows = _state_rows(model)
+        for command, limit, mount in zip(
+            model.command_names, model.limits, model.equipment.mounts, strict=True
+        ):
+            unit = "N m" if mount.acts == "yaw" else "N"
+            for age in range(1, delay_slots(model.delay, control_period)):
                 name = f"{command}[-{age}]"
-                rows.append(Reading(name, "N m", limit, name))
+                rows.append(Reading(name, unit, float(limit), name))
     else:
-        for body in model.equipment.sensed:
+        for body in model.sensed:
             rows += [
                 Reading(f"accelerometer_{body}", "m/s^2", _SIZES["accel"], f"accel_{body}"),
                 Reading(f"gyro_{body}", "rad/s", _SIZES["gyro"], f"gyro_{body}"),
@@ -73,22 +75,35 @@ def observation_table(
 
 
 _UNITS = {
-    "y": "m", "z": "m", "phi": "rad", "psi": "rad",
-    "T": "N m", "accel": "m/s^2", "gyro": "rad/s",
+    "y": "m", "z": "m", "phi": "rad", "theta": "rad", "psi": "rad", "s": "m",
+    "accel": "m/s^2", "gyro": "rad/s",
 }  # fmt: skip
 
 _SIZES = {
-    "y": 0.01, "z": 0.05, "phi": 0.01, "psi": 0.01,
-    "dy": 0.2, "dz": 0.1, "dphi": 0.2, "dpsi": 0.2,
+    "y": 0.01, "z": 0.05, "phi": 0.01, "theta": 0.01, "psi": 0.01, "s": 0.01,
+    "dy": 0.2, "dz": 0.1, "dphi": 0.2, "dtheta": 0.2, "dpsi": 0.2,
     "accel": 5.0, "gyro": 0.2,
 }  # fmt: skip
 
-
-def _unit(name: str) -> str:
-    kind = name.split("_", maxsplit=1)[0]
-    return f"{_UNITS[kind[1:]]}/s" if kind.startswith("d") else _UNITS[kind]
+_OF_UNKNOWN = 10.0
+"""Scale of a state whose name tells nothing, in typical magnitudes of it."""
 
 
-def _scale(name: str, limit: float) -> float:
-    kind = name.split("_", maxsplit=1)[0]
-    return {"T": limit, "dT": 100.0 * limit, **_SIZES}[kind]
+def _state_rows(model: Equipped) -> list[Reading]:
+    """Return the entries for the states of a model."""
+    limits = {}
+    for mount, limit in zip(model.equipment.mounts, model.limits, strict=True):
+        value, rate = mount.state_names
+        unit = "N m" if mount.acts == "yaw" else "N"
+        limits[value], limits[rate] = (unit, float(limit)), (f"{unit}/s", 100.0 * float(limit))
+    rows = []
+    for name, scale in zip(model.state_names, model.scale, strict=True):
+        kind = name.split("_", maxsplit=1)[0]
+        if name in limits:
+            rows.append(Reading(name, *limits[name], name))
+        elif kind in _SIZES:
+            unit = _UNITS[kind] if kind in _UNITS else f"{_UNITS[kind[1:]]}/s"
+            rows.append(Reading(name, unit, _SIZES[kind], name))
+        else:
+            rows.append(Reading(name, "", _OF_UNKNOWN * float(scale), name))
+    return rows

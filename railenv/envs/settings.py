@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal, get_args
 
 from railenv import checks
@@ -12,8 +13,10 @@ from railenv.envs.observation import Observation
 from railenv.equipment import PLACES, Actuator, Equipped, Place, Sensors
 from railenv.errors import ParameterError, shown
 from railenv.irregularity import Level
-from railenv.models import Bogie, DualWheelset
+from railenv.model import Model
+from railenv.models import Assembled, Bogie, DualWheelset
 from railenv.vehicles import HIGH_SPEED_COACH, TABLE_1, Vehicle
+from railenv.vehicles.assembly import Assembly
 
 TrackPlan = Literal["constant", "curve"]
 
@@ -61,8 +64,12 @@ class Settings:
     ----------
     plant : {"bogie", "dual_wheelset"}
         Set by the environment's id.
-    vehicle : Vehicle
-    actuator : {"secondary", "primary", "none"}
+    vehicle : Vehicle or Assembly
+        An assembly is a vehicle of its own, not one of the environment's kind.
+    model : Model, optional
+        Instead of a vehicle: any model that says what its bodies are, or a :class:`railenv.Equipped`
+        with its own actuators and sensors.
+    actuator : {"secondary", "primary", "both", "none"}
         Where the yaw actuators are.
     actuator_model : Actuator, optional
         Their limits and lag; realistic ones for their place when left out.
@@ -86,7 +93,8 @@ class Settings:
     irregularity_factor : (float, float)
         Range of the factor on it.
     randomize : mapping of str to (float, float)
-        Ranges from which ``conicity``, ``friction``, ``creep_factor`` and ``body_mass`` are drawn.
+        Ranges from which numbers of the vehicle are drawn: ``conicity``, ``friction``,
+        ``creep_factor``, ``body_mass``, or with an assembly or a model any of its parameters.
     initial_offset : float
         m; an episode starts with all bodies moved sideways by up to this, either way.
     duration : float
@@ -99,7 +107,8 @@ class Settings:
     """
 
     plant: Literal["bogie", "dual_wheelset"]
-    vehicle: Vehicle
+    vehicle: Vehicle | Assembly
+    model: Model | None = None
     actuator: Place
     actuator_model: Actuator | None = None
     sensors: Sensors | None = None
@@ -122,8 +131,12 @@ class Settings:
     critical_speed: float | None = None
 
     def __post_init__(self) -> None:
-        if not isinstance(self.vehicle, Vehicle):
-            raise ParameterError(f"vehicle is {shown(self.vehicle)}; it must be a railenv.Vehicle")
+        if not isinstance(self.vehicle, (Vehicle, Assembly)):
+            raise ParameterError(
+                f"vehicle is {shown(self.vehicle)}; it must be a railenv.Vehicle or railenv.Assembly"
+            )
+        if not (self.model is None or isinstance(self.model, Model)):
+            raise ParameterError(f"model is {shown(self.model)}; it must be a railenv.Model")
         for name in ("actuator", "observation", "track", "irregularity"):
             value = getattr(self, name)
             if not isinstance(value, str) and not (name == "irregularity" and value is None):
@@ -136,16 +149,17 @@ class Settings:
             checks.known(name, [getattr(self, name)], choices)
         if self.irregularity is not None:
             checks.known("irregularity", [self.irregularity], get_args(Level))
+        self._check_model()
         self._range("speed_range", low=LOWEST_SPEED, high=checks.HIGHEST_SPEED, unit="m/s")
         self._range("cant_range", low=0.0, high=checks.CANT_LIMIT, unit="rad")
         self._range("irregularity_factor", low=0.0)
         if not isinstance(self.randomize, Mapping):
             raise ParameterError(f"randomize is {shown(self.randomize)}; it must map names to ranges")
-        checks.known("name in randomize", self.randomize, RANDOMIZABLE)
+        checks.known("name in randomize", self.randomize, self.randomizable)
         for name in self.randomize:
-            ends = checks.interval(f"randomize[{name!r}]", self.randomize[name], low=0.0)
+            ends = checks.interval(f"randomize[{name!r}]", self.randomize[name])
             for end in ends:
-                self.vehicle.replace(**{name: end})  # raises where a vehicle could not have it
+                self.equipped.plant.replace(**{name: end})  # raises where it could not have that
         if self.critical_speed is not None:
             checks.speed(self.critical_speed, "critical_speed")
         for name, unit in (("max_cant_deficiency", "m"), ("min_radius", "m"), ("duration", "s")):
@@ -163,7 +177,18 @@ class Settings:
             )
         if not isinstance(self.weights, RewardWeights):
             raise ParameterError(f"weights is {shown(self.weights)}; it must be RewardWeights")
-        self.model()  # raises where vehicle, actuator and sensors do not go together
+
+    def _check_model(self) -> None:
+        """Raise where vehicle, actuators and sensors do not go together, or nothing is guided."""
+        if isinstance(self.model, Equipped) and (self.actuator_model or self.sensors):
+            raise ParameterError(
+                "model is a railenv.Equipped, and actuator_model or sensors are given; it has its own"
+            )
+        if not self.equipped.guided:
+            raise ParameterError(
+                f"{self.equipped.plant.name} has no wheelsets; say which of its bodies are "
+                "(flange_clearance and contact of a railenv.MovingBody)"
+            )
 
     def _range(self, name: str, low: float, high: float = float("inf"), unit: str = "") -> None:
         object.__setattr__(
@@ -175,10 +200,36 @@ class Settings:
         """Control steps of an episode."""
         return round(self.duration / self.control_period)
 
-    def model(self) -> Equipped:
-        """Return the vehicle with its equipment."""
-        kind = Bogie if self.plant == "bogie" else DualWheelset
-        return Equipped(kind(self.vehicle), self.actuator, self.actuator_model, self.sensors)
+    @cached_property
+    def equipped(self) -> Equipped:
+        """The vehicle with its equipment.
+
+        Raises
+        ------
+        ParameterError
+            If vehicle, actuators and sensors do not go together.
+        """
+        if isinstance(self.model, Equipped):
+            return self.model
+        if self.model is not None:
+            plant = self.model
+        elif isinstance(self.vehicle, Assembly):
+            plant = Assembled(self.vehicle)
+        else:
+            plant = (Bogie if self.plant == "bogie" else DualWheelset)(self.vehicle)
+        return Equipped(plant, self.actuator, self.actuator_model, self.sensors)
+
+    @property
+    def randomizable(self) -> tuple[str, ...]:
+        """What ``randomize`` may vary."""
+        plant = self.equipped.plant
+        return RANDOMIZABLE if isinstance(plant, (Bogie, DualWheelset)) else plant.variable_names
+
+    @property
+    def variable(self) -> tuple[str, ...]:
+        """Numbers of the vehicle that episodes may differ in, or options pin."""
+        plant = self.equipped.plant
+        return RANDOMIZABLE if isinstance(plant, (Bogie, DualWheelset)) else tuple(self.randomize)
 
 
 _LONGEST_HISTORY = 10_000

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections import deque
+from functools import cached_property
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from railenv.envs.fleet import REASONS, Fleet
+from railenv.mounting import frames
+from railenv.vehicles.guided import Guided
 
 if TYPE_CHECKING:
-    from railenv.envs.rendering import Renderer, Scene
+    from railenv.envs.rendering import Outline, Renderer, Scene
 
 _SECONDS = 4.0
 
@@ -42,7 +46,8 @@ class Recorder:
         if self._mode is None:
             return
         state = self._fleet.state(self._env)
-        self._past.append((self._time, state[[0, 4]], np.clip(np.array(action), -1.0, 1.0)))
+        lateral = [self._fleet.model.state_names.index(g.y) for g in self._wheelsets]
+        self._past.append((self._time, state[lateral], np.clip(np.array(action), -1.0, 1.0)))
 
     @property
     def _time(self) -> float:
@@ -56,29 +61,76 @@ class Recorder:
         episode = fleet.episodes[i]
         assert episode is not None
         speed, curvature, cant = fleet.conditions(i)
-        n = fleet.model.plant.n_states // 2
-        history = History.empty(fleet.n_actuators)
+        wheelsets = self._wheelsets
+        places, outlines = self._places()
+        history = History.empty(fleet.n_actuators, len(places))
         if self._past:
             times, displacements, actions = zip(*self._past, strict=True)
             history = History(np.array(times), np.array(displacements), np.array(actions))
         reason = REASONS[int(fleet.terms[i, 6])]
-        vehicle = episode.vehicle
+        first = wheelsets[0]
         return Scene(
             time=self._time,
             speed=speed,
             curvature=curvature,
             cant=cant,
             critical_speed=fleet.settings.critical_speed,
-            bodies=fleet.state(i)[:n].reshape(-1, 4),
-            equilibrium=fleet.equilibrium(i)[:n].reshape(-1, 4),
-            rail=fleet.rails(i),
-            half_gauge=vehicle.half_gauge,
-            half_wheelbase=vehicle.half_wheelbase,
-            wheel_radius=vehicle.wheel_radius,
-            flange_clearance=vehicle.flange_clearance,
+            bodies=self._poses(fleet.state(i)[: episode.plant.n_states]),
+            equilibrium=self._poses(fleet.equilibrium(i)),
+            rail=fleet.rails(i)[self._order],
+            half_gauge=first.half_gauge,
+            half_wheelbase=max(places[0], first.half_gauge),
+            wheel_radius=first.wheel_radius,
+            flange_clearance=first.clearance,
             history=history,
             derailed=reason or None,
+            wheelsets=places,
+            outlines=outlines,
         )
+
+    @cached_property
+    def _order(self) -> list[int]:
+        """Numbers of the wheelsets from the leading one to the last."""
+        guided = self._fleet.model.guided
+        return sorted(range(len(guided)), key=lambda k: -guided[k].x)
+
+    @property
+    def _wheelsets(self) -> list[Guided]:
+        return [self._fleet.model.guided[k] for k in self._order]
+
+    @property
+    def _others(self) -> list[str]:
+        """Bodies that move and are no wheelsets."""
+        names = [g.name for g in self._wheelsets]
+        return [name for name in self._fleet.model.body_names if name not in names]
+
+    def _places(self) -> tuple[tuple[float, ...], tuple[Outline, ...]]:
+        """Return where the wheelsets are, from their middle (m), and how the other bodies are drawn."""
+        from railenv.envs.rendering import Outline
+
+        plant = self._fleet.model.plant
+        x = np.array([g.x for g in self._wheelsets])
+        middle = 0.5 * (x[0] + x[-1])
+        numbers = SimpleNamespace(**plant.parameters, **plant.tables)
+        at = {name: float(place[0]) for name, place in plant.equations.places(numbers).items()}
+        framed = [name for name in frames(plant) if name in self._others]
+        outlines = []
+        for name in self._others:
+            if name in framed:  # over the wheelsets that are nearest to it
+                apart = np.abs(x[:, None] - [at[f] for f in framed])
+                own = x[apart.argmin(axis=1) == framed.index(name)]
+            else:
+                own = x
+            reach = float(np.abs(own - at[name]).max(initial=0.0)) or self._wheelsets[0].half_gauge
+            kind: Any = "frame" if name in framed else "body"
+            outlines.append(Outline(at[name] - middle, reach, kind))
+        return tuple((x - middle).tolist()), tuple(outlines)
+
+    def _poses(self, state: NDArray[np.float64]) -> NDArray[np.float64]:
+        """y, z, phi and psi of the wheelsets, then of the other bodies."""
+        motions = self._fleet.model.plant.equations.motions(state.tolist())
+        order = [*(g.name for g in self._wheelsets), *self._others]
+        return np.array([motions[name][:4] for name in order], dtype=float)
 
     def draw(self) -> NDArray[np.uint8] | None:
         """Draw a frame; returns it in the mode rgb_array."""

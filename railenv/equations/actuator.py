@@ -36,7 +36,7 @@ def actuator_rates(state: ActuatorState, command: Scalar, p: Scalar) -> list[Sca
 
 
 def applied_moment(state: ActuatorState, p: Scalar) -> Scalar:
-    """Moment (N m) that the actuator applies; its lag may overshoot, its force may not."""
+    """Moment (N m; of a lateral one N) that it applies; its lag may overshoot, its force may not."""
     return clamp(state.moment, p.actuator_limit)
 
 
@@ -48,3 +48,13 @@ def parallel_damper_moment(yaw_rate: Scalar, p: Scalar) -> Scalar:
     linear = p.parallel_damping * p.actuator_arm * yaw_rate
     share = linear / p.parallel_force_limit
     return -2.0 * p.actuator_arm * linear / sqrt(1.0 + share * share)
+
+
+def parallel_damper_force(speed: Scalar, p: Scalar) -> Scalar:
+    """Force (N) of the passive damper beside a lateral actuator against a speed (m/s).
+
+    It is linear up to about its force limit, then flat.
+    """
+    linear = p.parallel_damping * speed
+    share = linear / p.parallel_force_limit
+    return -linear / sqrt(1.0 + share * share)

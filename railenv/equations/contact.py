@@ -2,14 +2,15 @@
 
 Subscripts L and R are the left and right wheel. Names follow the paper: xi creepage, F* and M*
 Kalker's linear creep force and moment, N normal load, beta and alpha the creep saturation. What the
-print has wrong, and why, is in ``docs/physics.md``.
+print has wrong, and why, is in ``docs/physics.md``. ``p`` has the numbers of the wheelset and its
+contact as attributes (the fields of :class:`railenv.vehicles.elements.Wheelset`).
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-from railenv.equations.coordinates import Motion, Rail, Running
+from railenv.equations.coordinates import Motion, Rail, Running, Wrench
 from railenv.equations.functions import Scalar, positive_part, sqrt, tan, where_positive
 
 CREEP_FORCE_FLOOR = 1e-3
@@ -34,15 +35,6 @@ class Wheel(NamedTuple):
     creep_x: Scalar  # Kalker's linear creep force, N
     creep_y: Scalar
     creep_moment: Scalar  # and spin moment, N m
-
-
-class WheelsetContact(NamedTuple):
-    """Resultant of all contact forces on a wheelset about its centre (N, N m)."""
-
-    force_y: Scalar
-    force_z: Scalar
-    moment_roll: Scalar
-    moment_yaw: Scalar
 
 
 def wheel(side: int, w: Motion, rail: Rail, run: Running, p: Scalar) -> Wheel:
@@ -187,17 +179,17 @@ def rail_force(c: Wheel, alpha: Scalar, w: Motion, p: Scalar) -> RailForce:
     )
 
 
-def contact(w: Motion, rail: Rail, run: Running, p: Scalar) -> WheelsetContact:
+def contact(w: Motion, rail: Rail, run: Running, p: Scalar) -> Wrench:
     """Sum the contact forces of both wheels about the wheelset's centre (their part of eq 6).
 
     The flange pushes at axle height: as printed, it enters the lateral equation only.
     """
     left, right = rail_forces(w, rail, run, p)
-    return WheelsetContact(
+    return Wrench(
         force_y=left.force_y + right.force_y - flange_force(w.y - rail.align, p),
         force_z=left.force_z + right.force_z,
-        moment_roll=_roll_moment(left) + _roll_moment(right),
-        moment_yaw=_yaw_moment(left) + _yaw_moment(right),
+        roll=_roll_moment(left) + _roll_moment(right),
+        yaw=_yaw_moment(left) + _yaw_moment(right),
     )
 
 

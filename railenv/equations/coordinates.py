@@ -8,13 +8,16 @@ curvature and cant, and is the mirror image (y, phi, psi) -> (-y, -phi, -psi).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from railenv.equations.functions import Scalar
 
-COORDINATES = ("y", "z", "phi", "psi")
-"""Coordinates of one body, in the order of the state vector."""
+COORDINATES = ("y", "z", "phi", "theta", "psi")
+"""Coordinates that a body may have, in the order of the state vector."""
+
+GROUND = "ground"
+"""Name of the track frame where something is attached to no body."""
 
 
 class Running(NamedTuple):
@@ -26,7 +29,10 @@ class Running(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Displacements (m, rad) and velocities (m/s, rad/s) of one body."""
+    """Displacements (m, rad) and velocities (m/s, rad/s) of one body.
+
+    Coordinates that a body does not have are zero, such as the pitch theta of a wheelset.
+    """
 
     y: Scalar
     z: Scalar
@@ -36,6 +42,19 @@ class Motion(NamedTuple):
     dz: Scalar
     dphi: Scalar
     dpsi: Scalar
+    theta: Scalar = 0
+    dtheta: Scalar = 0
+
+
+class Wrench(NamedTuple):
+    """Force (N) and moment (N m) along and about x, y and z, about a point that the user says."""
+
+    force_x: Scalar = 0
+    force_y: Scalar = 0
+    force_z: Scalar = 0
+    roll: Scalar = 0
+    pitch: Scalar = 0
+    yaw: Scalar = 0
 
 
 class Rail(NamedTuple):
@@ -46,20 +65,38 @@ class Rail(NamedTuple):
     cross: Scalar
 
 
-AT_REST = Motion(*[0.0] * 8)
+AT_REST = Motion(*[0] * 8)
 """A body that does not move, such as the frame that the dual wheelset is suspended from."""
 
 
-def bodies(x: Sequence[Scalar]) -> list[Motion]:
-    """Split a state vector (all coordinates, then all rates) into the motions of its bodies."""
-    n = len(x) // 2
-    return [Motion(*x[i : i + 4], *x[n + i : n + i + 4]) for i in range(0, n, 4)]
+def total(wrenches: Sequence[Wrench]) -> Wrench:
+    """Return the sum of wrenches about one point."""
+    return Wrench(*(sum(parts) for parts in zip(*wrenches, strict=True))) if wrenches else Wrench()
 
 
-def state_names(body_names: Sequence[str]) -> tuple[str, ...]:
-    """Names of the states of some bodies: ``y_w1, z_w1, ...`` then ``dy_w1, dz_w1, ...``."""
-    coordinates = [f"{c}_{body}" for body in body_names for c in COORDINATES]
+def state_names(bodies: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
+    """Names of the states of some bodies: ``y_w1, z_w1, ...`` then ``dy_w1, dz_w1, ...``.
+
+    Parameters
+    ----------
+    bodies : mapping of str to sequence of str
+        Coordinates of each body, by its name.
+    """
+    coordinates = [f"{c}_{body}" for body, own in bodies.items() for c in own]
     return (*coordinates, *(f"d{name}" for name in coordinates))
+
+
+def motions(x: Sequence[Scalar], bodies: Mapping[str, Sequence[str]]) -> dict[str, Motion]:
+    """Split a state vector (all coordinates, then all rates, then the rest) into motions of bodies."""
+    n = sum(len(own) for own in bodies.values())
+    found, first = {}, 0
+    for body, own in bodies.items():
+        places = range(first, first + len(own))
+        values = {c: x[i] for c, i in zip(own, places, strict=True)}
+        rates = {f"d{c}": x[n + i] for c, i in zip(own, places, strict=True)}
+        found[body] = AT_REST._replace(**values, **rates)
+        first += len(own)
+    return found
 
 
 def irregularity_names(wheelsets: Sequence[str]) -> tuple[str, ...]:

@@ -26,6 +26,7 @@ __all__ = [
     "positive_part",
     "sin",
     "sqrt",
+    "table",
     "tan",
     "tanh",
     "where_positive",
@@ -113,3 +114,16 @@ def where_positive(condition: Scalar, then: Scalar, otherwise: Scalar) -> Scalar
 def positive_part(x: Scalar) -> Scalar:
     """``max(x, 0)``."""
     return where_positive(x, x, 0.0)
+
+
+def table(characteristic: Scalar, x: Scalar, order: int = 0) -> Scalar:
+    """Value at ``x`` of a characteristic given as a table, or its derivative of an ``order`` up to 2.
+
+    ``characteristic`` is a :class:`railenv.vehicles.tables.Table` for numbers; on symbols it is the
+    name under which kernels find the numbers, which are arguments of theirs and never compiled in.
+    """
+    if isinstance(x, (float, int, complex)):
+        return characteristic(x, order)
+    from railenv.equations.symbolic import TableValue
+
+    return TableValue(characteristic, x, order)

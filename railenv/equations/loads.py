@@ -1,55 +1,24 @@
-"""Which body carries which weight, and the load that weight is on a canted curve.
-
-The print's W_ext is the load of one bogie, yet it stands on each wheelset and again on the frame.
-``load_bookkeeping = "once"`` carries it once; ``"printed"`` keeps the print's own, for comparison.
-In the equations the choice is the number ``p.printed_loads``, 0 or 1, so that one kernel serves both.
-"""
+"""Weight and centrifugal force on a canted curve, in the track frame."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-from railenv.equations.coordinates import Running
+from railenv.equations.coordinates import Running, Wrench
 from railenv.equations.functions import Scalar
 
 
-class CarriedMass(NamedTuple):
-    """Mass (kg) whose lateral and vertical load a body carries, its own included."""
-
-    lateral: Scalar
-    vertical: Scalar
+def lateral_load(mass: Scalar, run: Running, gravity: Scalar) -> Scalar:
+    """Centrifugal force less the pull of the cant on a mass (N); positive towards the outer rail."""
+    return mass * (run.speed * run.speed * run.curvature - gravity * run.cant)
 
 
-def bogie_load_mass(p: Scalar) -> Scalar:
-    """Mass (kg) of frame and half the vehicle body, which one bogie's wheelsets carry: W_ext / g."""
-    return p.frame_mass + p.body_mass / 2.0
+def vertical_load(mass: Scalar, run: Running, gravity: Scalar) -> Scalar:
+    """Weight of a mass, and the centrifugal force's share across the canted plane (N); down is < 0."""
+    return -mass * (gravity + run.speed * run.speed * run.curvature * run.cant)
 
 
-def bogie_frame_load(p: Scalar) -> CarriedMass:
-    """Mass carried by the frame of the bogie model."""
-    total = bogie_load_mass(p)
-    # Printed: the body's half acts on the frame laterally only.
-    return CarriedMass(total, total - p.printed_loads * p.body_mass / 2.0)
-
-
-def bogie_wheelset_load(p: Scalar) -> CarriedMass:
-    """Mass carried by each wheelset of the bogie model."""
-    own = p.wheelset_mass + p.printed_loads * bogie_load_mass(p)
-    return CarriedMass(own, own)
-
-
-def dual_wheelset_load(p: Scalar) -> CarriedMass:
-    """Mass carried by each wheelset of the dual-wheelset model: half a bogie's load (printed: all)."""
-    share = (1.0 + p.printed_loads) / 2.0
-    own = p.wheelset_mass + share * bogie_load_mass(p)
-    return CarriedMass(own, own)
-
-
-def lateral_load(carried: CarriedMass, run: Running, p: Scalar) -> Scalar:
-    """Centrifugal force less the pull of the cant (N); positive towards the outer rail."""
-    return carried.lateral * (run.speed * run.speed * run.curvature - p.gravity * run.cant)
-
-
-def vertical_load(carried: CarriedMass, run: Running, p: Scalar) -> Scalar:
-    """Weight, and the centrifugal force's share across the canted plane (N); negative is down."""
-    return -carried.vertical * (p.gravity + run.speed * run.speed * run.curvature * run.cant)
+def load(p: Scalar, run: Running, gravity: Scalar) -> Wrench:
+    """Load of the masses that a body carries, ``p.lateral_load_mass`` and ``p.vertical_load_mass``."""
+    return Wrench(
+        force_y=lateral_load(p.lateral_load_mass, run, gravity),
+        force_z=vertical_load(p.vertical_load_mass, run, gravity),
+    )

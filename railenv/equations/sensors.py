@@ -16,10 +16,10 @@ class SensorState(NamedTuple):
     gyro: Scalar
 
 
-def specific_force(lateral_acceleration: Scalar, body: Motion, run: Running, p: Scalar) -> Scalar:
+def specific_force(lateral_acceleration: Scalar, body: Motion, run: Running, gravity: Scalar) -> Scalar:
     """Return the reading (m/s^2) of an ideal lateral accelerometer fixed to a rolling body."""
-    uncompensated = run.speed * run.speed * run.curvature - p.gravity * run.cant
-    return lateral_acceleration - uncompensated + p.gravity * body.phi
+    uncompensated = run.speed * run.speed * run.curvature - gravity * run.cant
+    return lateral_acceleration - uncompensated + gravity * body.phi
 
 
 def inertial_yaw_rate(body: Motion, run: Running) -> Scalar:
@@ -27,12 +27,8 @@ def inertial_yaw_rate(body: Motion, run: Running) -> Scalar:
     return body.dpsi - run.speed * run.curvature
 
 
-def sensor_rates(
-    state: SensorState, lateral_acceleration: Scalar, body: Motion, run: Running, p: Scalar
-) -> list[Scalar]:
-    """Time derivatives of the filtered readings."""
-    force = specific_force(lateral_acceleration, body, run, p)
-    rate = inertial_yaw_rate(body, run)
+def sensor_rates(state: SensorState, force: Scalar, rate: Scalar, p: Scalar) -> list[Scalar]:
+    """Time derivatives of the filtered readings of a specific force and a yaw rate."""
     return [
         TWO_PI * p.accelerometer_bandwidth * (force - state.accelerometer),
         TWO_PI * p.gyro_bandwidth * (rate - state.gyro),

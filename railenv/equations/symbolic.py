@@ -1,4 +1,4 @@
-"""The one SymPy function that the equations need beyond SymPy's own."""
+"""The SymPy functions that the equations need beyond SymPy's own."""
 
 from __future__ import annotations
 
@@ -35,3 +35,18 @@ class WherePositive(sympy.Function):
     def _latex(self, printer: Any) -> str:
         condition, then, otherwise = (printer._print(arg) for arg in self.args)
         return rf"\begin{{cases}} {then} & {condition} > 0 \\ {otherwise} & \text{{else}} \end{{cases}}"
+
+
+class TableValue(sympy.Function):
+    """``TableValue(t, x, k)`` is the k-th derivative at ``x`` of the table that ``t`` names."""
+
+    nargs = 3
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """Partial derivative: by ``x`` the table of the next order; the name is no variable."""
+        name, x, order = self.args
+        return TableValue(name, x, order + 1) if argindex == 2 else sympy.S.Zero
+
+    def _latex(self, printer: Any) -> str:
+        name, x, order = (printer._print(arg) for arg in self.args)
+        return rf"{name}{chr(39) * int(order)}\left( {x} \right)"

@@ -20,7 +20,7 @@ import sympy
 from sympy.core.parameters import distribute
 
 from railenv.equations import functions
-from railenv.equations.symbolic import WherePositive
+from railenv.equations.symbolic import TableValue, WherePositive
 from railenv.errors import EquationError, ParameterError, RailenvError, UnknownNameError, shown
 
 CONDITIONS = ("speed", "curvature", "cant")
@@ -84,7 +84,7 @@ def trace(
     equations : callable
         ``f(x, u, speed, curvature, cant, p)``, returning one derivative per state.
     states, inputs, parameters : sequence of str
-        Names of the entries of ``x`` and ``u``, and of the attributes of ``p``.
+        Names of the entries of ``x`` and ``u``, and of the attributes of ``p`` (tables among them).
     signals : callable, optional
         Further results to compute, of the same arguments as the equations.
 
@@ -101,18 +101,8 @@ def trace(
         tuple(map(sympy.Symbol, names)) for names in (states, inputs, CONDITIONS, parameters)
     )
     with distribute(False):  # keep 2*(a + b) as it was written
-        named = _Parameters(**dict(zip(parameters, p, strict=True)))
-        try:
-            derivatives = list(equations(x, u, *conditions, named))
-            further = list(signals(x, u, *conditions, named)) if signals else []
-        except RailenvError:
-            raise
-        except (ArithmeticError, TypeError, ValueError) as error:
-            raise EquationError(
-                f"the equations cannot be run on symbols: {error}. Use Python's operators and the "
-                "functions of railenv.equations.functions (not those of math or NumPy), and "
-                "where_positive instead of `if`, max or min"
-            ) from error
+        arguments = (x, u, *conditions, _Parameters(**dict(zip(parameters, p, strict=True))))
+        derivatives, further = _called(equations, signals, arguments)
         if len(derivatives) != len(states):
             raise ParameterError(
                 f"the equations return {len(derivatives)} derivatives for {len(states)} states; "
@@ -124,17 +114,43 @@ def trace(
             *(f"signal {k}" for k in range(len(further))),
         ]
         results = [
-            _with_integers(_compilable(value, label, known))
+            _compilable(value, label, known)
             for value, label in zip((*derivatives, *further), labels, strict=True)
         ]
-        names = sympy.numbered_symbols("_c")
-        replacements, reduced = sympy.cse(results, symbols=names, order="canonical")
-        flat = _Flattener()
-        for symbol, expression in replacements:
-            flat.assign(symbol, expression)
-        atoms = tuple(flat.atom(expression) for expression in reduced)
+        assignments, atoms = _flattened(results)
     n = len(states)
-    return Graph(x, u, conditions, p, tuple(flat.assignments), atoms[:n], atoms[n:])
+    return Graph(x, u, conditions, p, assignments, atoms[:n], atoms[n:])
+
+
+def _called(
+    equations: Callable[..., Sequence[Any]],
+    signals: Callable[..., Sequence[Any]] | None,
+    arguments: Sequence[Any],
+) -> tuple[list[Any], list[Any]]:
+    """Return what equations and signals give for symbols."""
+    try:
+        return list(equations(*arguments)), list(signals(*arguments)) if signals else []
+    except RailenvError:
+        raise
+    except (ArithmeticError, TypeError, ValueError) as error:
+        raise EquationError(
+            f"the equations cannot be run on symbols: {error}. Use Python's operators and the "
+            "functions of railenv.equations.functions (not those of math or NumPy), and "
+            "where_positive instead of `if`, max or min"
+        ) from error
+
+
+def _flattened(
+    expressions: Sequence[sympy.Expr],
+) -> tuple[tuple[Assignment, ...], tuple[sympy.Expr, ...]]:
+    """Return assignments that compute some expressions, and the symbol or number of each of these."""
+    names = sympy.numbered_symbols("_c")
+    replacements, reduced = sympy.cse(expressions, symbols=names, order="canonical")
+    flat = _Flattener()
+    for symbol, expression in replacements:
+        flat.assign(symbol, expression)
+    atoms = tuple(flat.atom(expression) for expression in reduced)
+    return tuple(flat.assignments), atoms
 
 
 def differentiate(graph: Graph, variables: Sequence[sympy.Symbol] | None = None) -> Jacobian:
@@ -175,17 +191,18 @@ def _compilable(value: Any, label: str, known: set[sympy.Symbol]) -> sympy.Expr:
         expression = None
     if not isinstance(expression, sympy.Expr):
         raise EquationError(f"the {label} is {shown(value)}; it must be a number or an expression")
-    for node in sympy.preorder_traversal(expression):
+    nodes = _nodes(expression)
+    for node in nodes:
         if node.is_Symbol:
             allowed = node in known
-        elif node.is_number and not node.args:
-            allowed = bool(node.is_real) and _is_float(node)
+        elif not node.args:
+            allowed = bool(node.is_number and node.is_real) and _is_float(node)
         else:
             allowed = (
                 node.is_Add
                 or node.is_Mul
                 or node.is_Pow
-                or isinstance(node, (sympy.Abs, WherePositive))
+                or isinstance(node, (sympy.Abs, TableValue, WherePositive))
                 or (node.is_Function and node.func.__name__ in _FUNCTIONS)
             )
         if not allowed:
@@ -194,9 +211,29 @@ def _compilable(value: Any, label: str, known: set[sympy.Symbol]) -> sympy.Expr:
             )
         if node.is_Pow and node.exp.free_symbols:
             raise EquationError(f"the {label} contains {_text(node)}, whose exponent varies; {_ADVICE}")
-    constants = {c: sympy.Float(float(c)) for c in expression.atoms(sympy.NumberSymbol)}
-    expression = expression.xreplace(constants)
-    return expression.replace(sympy.Abs, lambda e: WherePositive(e, e, -e))
+    constants = {c: sympy.Float(float(c)) for c in nodes if isinstance(c, sympy.NumberSymbol)}
+    # floats that are whole numbers become integers, so that 1.0 * x and 0.0 + x become x
+    floats = (f for f in nodes if isinstance(f, sympy.Float) and float(f).is_integer())
+    constants |= {f: sympy.Integer(int(f)) for f in floats}
+    expression = expression.xreplace(constants) if constants else expression
+    if any(isinstance(node, sympy.Abs) for node in nodes):
+        expression = expression.replace(sympy.Abs, lambda e: WherePositive(e, e, -e))
+    return expression
+
+
+def _nodes(expression: sympy.Expr) -> list[sympy.Basic]:
+    """Return all parts of an expression, each once: written out it may be exponentially larger.
+
+    A part stands before those that it is made of.
+    """
+    found: dict[sympy.Basic, None] = {}
+    left = [expression]
+    while left:
+        node = left.pop()
+        if node not in found:
+            found[node] = None
+            left.extend(reversed(node.args))
+    return list(found)
 
 
 def _text(node: sympy.Basic) -> str:
@@ -211,13 +248,6 @@ def _is_float(number: sympy.Expr) -> bool:
         return math.isfinite(float(number))
     except (OverflowError, TypeError):
         return False
-
-
-def _with_integers(expression: sympy.Expr) -> sympy.Expr:
-    """Replace floats that are whole numbers, so that ``1.0 * x`` and ``0.0 + x`` become ``x``."""
-    floats = expression.atoms(sympy.Float)
-    whole = {f: sympy.Integer(int(f)) for f in floats if float(f).is_integer()}
-    return expression.xreplace(whole)
 
 
 class _Flattener:
@@ -284,7 +314,33 @@ def _local_partials(symbol: sympy.Symbol, operation: sympy.Expr) -> dict[sympy.S
     if isinstance(operation, sympy.exp):
         return {operation.args[0]: symbol}
     operands = sorted(operation.free_symbols, key=lambda s: s.name)
+    terms = operation.args if operation.is_Add else (operation,)
+    if all(_is_product(term) for term in terms):
+        return {operand: _partial_of_sum(terms, operand) for operand in operands}
     return {operand: sympy.diff(operation, operand) for operand in operands}
+
+
+def _is_product(term: sympy.Expr) -> bool:
+    """Whether a term is a product of symbols, numbers and powers of symbols."""
+    factors = term.args if term.is_Mul else (term,)
+    return all(
+        f.is_Symbol or f.is_Number or (f.is_Pow and f.base.is_Symbol and f.exp.is_Number)
+        for f in factors
+    )
+
+
+def _partial_of_sum(terms: Sequence[sympy.Expr], operand: sympy.Symbol) -> sympy.Expr:
+    """Partial derivative of a sum of products; SymPy's own differentiation takes ten times as long."""
+    parts = []
+    for term in terms:
+        factors = term.args if term.is_Mul else (term,)
+        for k, factor in enumerate(factors):
+            if factor == operand:
+                parts.append(sympy.Mul(*factors[:k], *factors[k + 1 :]))
+            elif factor.is_Pow and factor.base == operand:
+                power = factor.exp * sympy.Pow(operand, factor.exp - 1)
+                parts.append(sympy.Mul(power, *factors[:k], *factors[k + 1 :]))
+    return sympy.Add(*parts)
 
 
 class _Elimination:

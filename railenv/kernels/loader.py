@@ -1,8 +1,9 @@
 """Compiles a model's kernels with Numba, cached on disk under the hash of everything compiled.
 
 Numba's own cache looks at one file's time stamp and does not see an edit of a file it imports. Here
-the generated kernels, the runtime and a header become one file whose name is the hash of its text, so
-a cached result can only ever be that of the very text. Compiling happens at first use of a function.
+the generated kernels, the hand-written texts and a header become one file whose name is the hash of
+its text, so a cached result can only ever be that of the very text. Compiling happens at first use of a
+function.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import os
+import shutil
 import sys
 import tempfile
 import warnings
@@ -21,11 +23,12 @@ from typing import Any, Literal
 
 import platformdirs
 
+from railenv.errors import CompilationError
 from railenv.files import write_whole
+from railenv.kernels.layout import Layout
 
 _KERNELS_GO_HERE = "# --- kernels go here ---\n"
-_LAYOUT_IMPORT = "from railenv.kernels.layout import Layout\n"
-_FUTURE = "from __future__ import annotations\n"  # allowed in a file's first lines only
+_FIRST_KERNEL = "\n@jit\n"
 
 Program = Literal["integrate", "environment"]
 
@@ -37,17 +40,23 @@ _HEADER = """
 import math
 import numba
 import numpy as np
-from numba import prange
+from numba import types
 from numba.extending import intrinsic
 from railenv.kernels.cache import checked
 
 _options = dict(error_model="numpy", fastmath=False, boundscheck=False)
+# short kernels keep the GIL: beside a busy thread of Python, getting it back takes up to 5 ms
 jit = checked(numba.njit(**_options))
-parallel_jit = checked(numba.njit(parallel=True, **_options))
+nogil_jit = checked(numba.njit(nogil=True, **_options))
 inline = numba.njit(forceinline=True, **_options)
 real = np.{dtype}
 ROUNDER = real({rounder!r})
 L = {lanes}
+"""
+_ROWS = """
+NX = {0.n_states}
+U, C, P, DX = {0.u}, {0.c}, {0.p}, {0.dx}
+WORK, O, J, Q = {0.work}, {0.o}, {0.j}, {0.q}
 """
 # 1.5 * 2^(mantissa bits): adding it leaves no bits for fractions
 _ROUNDER = {"float64": 1.5 * 2.0**52, "float32": 1.5 * 2.0**23}
@@ -56,24 +65,40 @@ _ROUNDER = {"float64": 1.5 * 2.0**52, "float32": 1.5 * 2.0**23}
 def cache_directory() -> Path:
     """Directory of compiled kernels: ``RAILENV_CACHE_DIR``, or the user's cache directory.
 
-    Falls back, with a warning, on a temporary directory where that cannot be written.
+    Falls back, with a warning, on a temporary directory where that cannot be written, or where the user
+    has no home.
     """
     chosen = os.environ.get("RAILENV_CACHE_DIR")
-    path = Path(chosen) if chosen else Path(platformdirs.user_cache_dir("railenv")) / "kernels"
+    path = Path(chosen) if chosen else _users_cache()
+    if path is None:
+        return _fallback("the user's cache directory", "the user has no home directory")
     try:
         path.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path):
             return path
     except OSError as error:
-        return _fallback(path, str(error))
+        return _fallback(str(path), str(error))
+
+
+def _users_cache() -> Path | None:
+    """Return the user's cache directory; None for a user without a home."""
+    try:
+        path = Path(platformdirs.user_cache_dir("railenv")) / "kernels"
+    except RuntimeError:  # no HOME, and a user number without an entry in passwd
+        return None
+    return path if path.is_absolute() else None  # "~/.cache" where ~ stands for nothing
 
 
 @cache
-def _fallback(path: Path, error: str) -> Path:
+def _fallback(place: str, error: str) -> Path:
     """Return a temporary directory for this process, with one warning."""
+    from multiprocessing.util import Finalize
+
     fallback = Path(tempfile.mkdtemp(prefix="railenv-kernels-"))
+    # unlike atexit this runs at the end of forked workers too, and only in the process that made it
+    Finalize(None, shutil.rmtree, args=(fallback, True), exitpriority=0)
     warnings.warn(
-        f"compiled kernels cannot be kept in {path} ({error}); compiling into {fallback} for "
+        f"compiled kernels cannot be kept in {place} ({error}); compiling into {fallback} for "
         "this process. Set RAILENV_CACHE_DIR to a directory that can be written.",
         RuntimeWarning,
         stacklevel=3,
@@ -81,25 +106,27 @@ def _fallback(path: Path, error: str) -> Path:
     return fallback
 
 
-@cache
-def shipped_source(name: str) -> str:
-    """Text of the checked-in kernels of one of the package's own models."""
-    return _text_of(f"{name}.py")
-
-
 def compilable_text(source: str, lanes: int, dtype: str, program: Program = "integrate") -> str:
     """Join header, elementary functions, generated kernels and integrators into one text."""
-    functions, integrators = _text_of("runtime.py").split(_KERNELS_GO_HERE)
-    # in place of the import, so that an edit of the layout is seen too
-    layout = _text_of("layout.py").replace(_FUTURE, "")
-    integrators = integrators.replace(_LAYOUT_IMPORT, layout)
+    functions, integrators = _text_of("integrators.pyk").split(_KERNELS_GO_HERE)
     header = _HEADER.format(dtype=dtype, rounder=_ROUNDER[dtype], lanes=lanes)
-    further = [_text_of("environment.py")] if program == "environment" else []
-    return "\n".join([header, functions, source, integrators, *further])
+    rows = _ROWS.format(layout_of(source))
+    further = [_text_of("environment.pyk")] if program == "environment" else []
+    return "\n".join([header, functions, source, rows, integrators, *further])
+
+
+def layout_of(source: str) -> Layout:
+    """Return the rows of the buffer of some generated kernels."""
+    head: dict[str, Any] = {}
+    exec(source.partition(_FIRST_KERNEL)[0], head)  # names and cells: literals only
+    states, inputs, parameters, cells, further = (
+        len(head[name]) for name in ("STATES", "INPUTS", "PARAMETERS", "CELLS", "PARAMETER_CELLS")
+    )
+    return Layout(states, inputs, parameters, cells, head["N_SIGNALS"], further)
 
 
 def _text_of(name: str) -> str:
-    return resources.files("railenv.kernels").joinpath(name).read_text(encoding="utf-8")
+    return resources.files("railenv.kernels").joinpath("texts", name).read_text(encoding="utf-8")
 
 
 @cache
@@ -122,14 +149,31 @@ def load(
     Returns
     -------
     module
-        With the functions of the kernels and of ``railenv/kernels/runtime.py``, and ``LAYOUT``.
+        With the functions of the kernels and of ``railenv/kernels/texts``, and ``LAYOUT``.
+
+    Raises
+    ------
+    CompilationError
+        If Numba is told to compile nothing.
     """
+    _check_numba()
     text = compilable_text(source, lanes, dtype, program)
     name = f"railenv_kernel_{hashlib.sha256(text.encode()).hexdigest()[:24]}"
     path = cache_directory() / f"{name}.py"
     if not _holds(path, text):
         write_whole(path, text)
-    return _import(name, path)
+    module: Any = _import(name, path)
+    module.LAYOUT = layout_of(source)
+    return module
+
+
+def _check_numba() -> None:
+    from numba.core import config
+
+    if getattr(config, "DISABLE_JIT", 0):
+        raise CompilationError(
+            "NUMBA_DISABLE_JIT is 1; it must be 0 or not set: kernels run as machine code only"
+        )
 
 
 def _holds(path: Path, text: str) -> bool:

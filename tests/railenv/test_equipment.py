@@ -19,6 +19,39 @@ equipped = pytest.mark.parametrize(
 )
 
 
+def yaw(first, second="ground", **changes):
+    return railenv.YawActuator(
+        between=(first, second), actuator=railenv.Actuator.secondary().replace(**changes)
+    )
+
+
+def lateral(first, second="ground", **place):
+    actuator = railenv.Actuator.secondary().replace(limit=10e3)
+    return railenv.LateralActuator(between=(first, second), actuator=actuator, **place)
+
+
+def delays(*values):
+    given = [yaw(b, delay=d) for b, d in zip(("b", "w1"), values, strict=True)]
+    return railenv.Equipped(COACH, actuators=given)
+
+
+def swing(x, u, speed, curvature, cant, p):
+    y, psi, dy, dpsi = x
+    return [dy, dpsi, -p.k * y - speed * psi, -p.k * psi + y + u[0] / p.I]
+
+
+NAMES = (["y", "psi", "dy", "dpsi"], ["M"], swing, {"k": 40.0, "I": 900.0})
+
+
+def silent():
+    return railenv.Model("silent", *NAMES)
+
+
+def wheelset():
+    body = railenv.MovingBody(name="w", y="y", psi="psi", yaw_moment="M")
+    return railenv.Model("swing", *NAMES, bodies=[body])
+
+
 def random_point(model, seed):
     rng = np.random.default_rng(seed)
     x = model.scale * rng.standard_normal(model.n_states)
@@ -176,7 +209,18 @@ def test_linear_model_of_the_equipped_vehicle_sees_the_sensors_filters():
     [
         (lambda: railenv.Equipped(DUAL, "secondary"), "'none', 'primary'"),
         (lambda: railenv.Equipped(COACH, "roof"), "place is 'roof'"),
-        (lambda: railenv.Equipped(railenv.CooperriderBogie()), "must be a Bogie or a DualWheelset"),
+        (lambda: railenv.Equipped(railenv.Equipped(COACH)), "without equipment"),
+        (lambda: railenv.Equipped(silent()), "does not say which of its states are whose motion"),
+        (lambda: railenv.Equipped(COACH, sensed=["roof"]), "unknown sensed body: 'roof'"),
+        (lambda: railenv.Equipped(COACH, actuators=[yaw("b", "roof")]), "unknown body of actuator b"),
+        (lambda: railenv.Equipped(COACH, actuators=[yaw("b"), yaw("b", "w1")]), "names must differ"),
+        (lambda: railenv.Equipped(COACH, "none", actuators=[yaw("b")]), "either them or these"),
+        (lambda: railenv.Equipped(COACH, actuators=[5.0]), "actuators has 5.0"),
+        (lambda: railenv.YawActuator(between=("b", "b")), "must be the names of two bodies"),
+        (lambda: railenv.Equipped(COACH, "both").actuator, "2 kinds of actuators"),
+        (lambda: delays(0.0, 0.01), "delays of the actuators are 0, 0.01 s"),
+        (lambda: railenv.Equipped(wheelset(), actuators=[lateral("w")]), "no lateral_force"),
+        (lambda: railenv.Equipped(railenv.HIGH_SPEED_COACH), "must be a railenv.Model without equip"),
         (lambda: railenv.Equipped(COACH, actuator=5.0), "must be a railenv.Actuator"),
         (lambda: railenv.Actuator.secondary().replace(delay=-0.01), "delay is -0.01 s"),
         (lambda: railenv.Actuator.primary().replace(limit=0.0), "limit is 0 N m"),
@@ -192,3 +236,88 @@ def test_replace_changes_the_vehicle_and_keeps_the_equipment():
     model = railenv.Equipped(COACH, "secondary").replace(conicity=0.2)
     assert model.plant.vehicle.conicity == 0.2
     assert model.place == "secondary"
+
+
+# ------------------------------------------------------------- any model, any actuators
+
+
+def momentum(model, name, value):
+    """Rates of momentum that one actuator's state adds: lateral, and about the track's origin."""
+    v = COACH.vehicle
+    x = np.zeros(model.n_states)
+    base = model.rhs(x, speed=50.0)
+    x[model.state_names.index(name)] = value
+    change = dict(zip(model.state_names, model.rhs(x, speed=50.0) - base, strict=True))
+    mass = {"w1": v.wheelset_mass, "w2": v.wheelset_mass, "b": v.frame_mass}
+    yaw = {"w1": v.wheelset_yaw_inertia, "w2": v.wheelset_yaw_inertia, "b": v.frame_yaw_inertia}
+    roll = {"w1": v.wheelset_roll_inertia, "w2": v.wheelset_roll_inertia, "b": v.frame_roll_inertia}
+    place = {"w1": v.half_wheelbase, "w2": -v.half_wheelbase, "b": 0.0}
+    height = {"w1": 0.0, "w2": 0.0, "b": v.frame_height}
+    force = {b: mass[b] * change[f"dy_{b}"] for b in mass}
+    about_z = sum(yaw[b] * change[f"dpsi_{b}"] + place[b] * force[b] for b in mass)
+    about_x = sum(roll[b] * change[f"dphi_{b}"] - height[b] * force[b] for b in mass)
+    return force, about_z, about_x
+
+
+def test_all_yaw_actuators_at_once_have_numbers_of_their_own():
+    model = railenv.Equipped(COACH, "both")
+    assert model.command_names == ("command_w1", "command_w2", "command_b")
+    assert model.limits.tolist() == [5e3, 5e3, 26e3]
+    weak = model.replace(primary_limit=1e3, conicity=0.1)
+    assert weak.limits.tolist() == [1e3, 1e3, 26e3]
+    assert weak.plant.vehicle.conicity == 0.1
+    assert weak.structure == model.structure
+    secondary = railenv.Equipped(COACH, "secondary")
+    x, u = np.zeros(model.n_states), np.zeros(secondary.n_states)
+    x[model.state_names.index("T_b")] = u[secondary.state_names.index("T_b")] = 2e3
+    np.testing.assert_allclose(model.rhs(x, speed=50.0)[:24], secondary.rhs(u, speed=50.0)[:24])
+
+
+def test_lateral_actuator_between_two_bodies_keeps_the_momentum_and_has_its_arms():
+    model = railenv.Equipped(COACH, actuators=[lateral("b", "w1", x=0.3, z=0.1)], sensed=["w1", "b"])
+    assert model.state_names[24:] == ("F_b", "dF_b", "accel_w1", "gyro_w1", "accel_b", "gyro_b")
+    force, about_z, about_x = momentum(model, "F_b", 1e3)
+    assert force["b"] == pytest.approx(1e3)
+    assert force["w1"] == pytest.approx(-1e3)
+    assert force["w2"] == pytest.approx(0.0, abs=1e-9)
+    assert about_z == pytest.approx(0.0, abs=1e-9)
+    assert about_x == pytest.approx(0.0, abs=1e-9)
+
+
+def test_lateral_actuator_against_the_ground_turns_the_frame_about_its_arm():
+    model = railenv.Equipped(COACH, actuators=[lateral("b", x=0.3, z=0.1)])
+    force, about_z, about_x = momentum(model, "F_b", 1e3)
+    assert force["b"] == pytest.approx(1e3)
+    assert about_z == pytest.approx(0.3 * 1e3)
+    assert about_x == pytest.approx(-0.1 * 1e3)
+    moved = model.replace(b_x=0.0)
+    assert momentum(moved, "F_b", 1e3)[1] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_equations_of_ones_own_carry_actuators_and_sensors():
+    model = railenv.Equipped(wheelset(), actuators=[yaw("w")])
+    assert model.state_names == ("y", "psi", "dy", "dpsi", "T_w", "dT_w", "accel_w", "gyro_w")
+    x = np.zeros(8)
+    x[4] = 1800.0
+    assert model.rhs(x, speed=20.0)[3] == pytest.approx(2.0)
+    linear = design.linearize(model, speed=20.0, outputs=["dpsi"])
+    assert abs(complex(linear(0.5j)[0, model.input_names.index("command_w")])) > 0.0
+
+
+def test_actuators_of_the_cooperrider_bogie_react_once():
+    plant = railenv.CooperriderBogie()
+    model = railenv.Equipped(plant, "primary")
+    x = np.zeros(model.n_states)
+    base = model.rhs(x, speed=50.0)
+    x[model.state_names.index("T_w1")] = 1e3
+    change = dict(zip(model.state_names, model.rhs(x, speed=50.0) - base, strict=True))
+    p = plant.record
+    assert change["dpsi_w1"] * p.wheelset_yaw_inertia == pytest.approx(1e3)
+    assert change["dpsi_b"] * p.frame_yaw_inertia == pytest.approx(-1e3)
+    lifted = railenv.Equipped(plant, actuators=[yaw("w1")])  # against the ground: none on the frame
+    base = lifted.rhs(np.zeros(lifted.n_states), speed=50.0)
+    x = np.zeros(lifted.n_states)
+    x[lifted.state_names.index("T_w1")] = 1e3
+    change = dict(zip(lifted.state_names, lifted.rhs(x, speed=50.0) - base, strict=True))
+    assert change["dpsi_w1"] * p.wheelset_yaw_inertia == pytest.approx(1e3)
+    assert change["dpsi_b"] == pytest.approx(0.0, abs=1e-12)

@@ -2,6 +2,7 @@
 
 import math
 import pickle
+import subprocess
 import sys
 import warnings
 from pathlib import Path
@@ -15,8 +16,7 @@ import railenv
 from railenv.batch import Batch
 from railenv.equations.functions import atan, cos, exp, log, sin, sqrt, tan, tanh
 from railenv.kernels import cache as checked_cache
-from railenv.kernels import loader
-from railenv.kernels.generate import SHIPPED
+from railenv.kernels import loader, store
 from railenv.kernels.source import kernel_source
 
 load_anew = loader.load.__wrapped__
@@ -41,7 +41,7 @@ def evaluate(kernels, x=0.0):
     layout = kernels.LAYOUT
     w = np.zeros(layout.rows)
     w[layout.x], w[layout.p] = x, 2.0
-    kernels.rhs(w)
+    kernels.rhs(w, np.zeros(1))
     return w[layout.dx]
 
 
@@ -53,11 +53,6 @@ def cache(tmp_path, monkeypatch):
 
 
 # --------------------------------------------------------------------- generated source
-
-
-@pytest.mark.parametrize("name", SHIPPED)
-def test_checked_in_kernels_are_what_the_equations_generate(name):
-    assert SHIPPED[name].source() == loader.shipped_source(name), "run `make kernels`"
 
 
 def test_kernels_name_their_signals_and_parameters_as_the_models_do(any_model):
@@ -72,11 +67,79 @@ def test_kernels_name_their_signals_and_parameters_as_the_models_do(any_model):
 
 def test_generated_source_is_plain_and_without_literals_of_a_fixed_precision():
     # a literal inside the loop would make float32 lanes compute in float64
-    for name in SHIPPED:
-        text = loader.shipped_source(name)
+    for model in (railenv.CooperriderBogie(), railenv.Equipped(railenv.Bogie(railenv.TABLE_1), "both")):
+        text = model._source
         body = [line for line in text.splitlines() if line.startswith("        ")]
         assert len(body) > 100
         assert not any("." in line.replace("math.sqrt", "") for line in body)
+
+
+# ----------------------------------------------------------------- texts kept by structure
+
+source_anew = store.source_of.__wrapped__
+"""``store.source_of`` without its memory, as another process sees the cache on disk."""
+
+
+def counting(text):
+    """Return what writes a text, and the list of times that it did."""
+    times = []
+
+    def write():
+        times.append(text)
+        return text
+
+    return write, times
+
+
+def test_text_of_a_structure_is_written_once_and_kept(cache):
+    write, times = counting("STATES = ()\n")
+    recipe = store.Recipe("one structure", write)
+    assert source_anew(recipe) == source_anew(recipe) == "STATES = ()\n"
+    assert len(times) == 1
+    assert store.Recipe("another", write).key != recipe.key
+    assert [p.name for p in cache.glob("*.source")] == [f"{recipe.key}.source"]
+
+
+def test_edited_equations_give_a_structure_another_key(monkeypatch):
+    recipe = store.Recipe("one structure", str)
+    before = recipe.key
+    store.writers_hash.cache_clear()
+    content = store._content
+    monkeypatch.setattr(
+        store, "_content", lambda n: content(n) + b"#" * n.endswith("equations.contact")
+    )
+    try:
+        assert recipe.key != before
+    finally:
+        store.writers_hash.cache_clear()
+
+
+@pytest.mark.parametrize("damage", [b"", b"\xff\xfe", b"STATES = (7,)\n"])
+def test_damaged_text_is_written_anew(cache, damage):
+    write, times = counting("STATES = ()\n")
+    recipe = store.Recipe("a damaged one", write)
+    source_anew(recipe)
+    (path,) = cache.glob("*.source")
+    path.write_bytes(damage)
+    assert source_anew(recipe) == "STATES = ()\n"
+    assert len(times) == 2
+
+
+def test_vehicles_of_one_structure_share_their_kernels():
+    coach, table = railenv.Bogie(railenv.HIGH_SPEED_COACH), railenv.Bogie(railenv.TABLE_1)
+    assert coach.structure == table.structure
+    assert coach.kernels() is table.kernels()
+    assert railenv.DualWheelset(railenv.TABLE_1).structure != table.structure
+
+
+def test_a_kept_structure_needs_no_tracing():
+    code = (
+        "import sys, numpy, railenv; m = railenv.Bogie(railenv.TABLE_1); "
+        "m.rhs(numpy.zeros(24), speed=20.0); print('sympy' in sys.modules)"
+    )
+    railenv.Bogie(railenv.TABLE_1).kernels()
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
 
 
 # ------------------------------------------------------------------------ cache on disk

@@ -10,7 +10,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from railenv.envs.rendering import History, Renderer, Scene, chart, colours, layout, plan
+from railenv.envs.rendering import History, Outline, Renderer, Scene, chart, colours, layout, plan
 from railenv.errors import ParameterError
 
 needs_pygame = pytest.mark.skipif(find_spec("pygame") is None, reason="the extra `render` is absent")
@@ -135,6 +135,54 @@ def test_any_size_shows_the_whole_page(size):
 def test_unusual_scenes_are_drawn(renderer, changes):
     frame = renderer.draw(make_scene(**changes))
     assert len(np.unique(frame.astype(int) @ [1, 256, 65536])) > 20
+
+
+def make_train(count, outlines=()):
+    """Return a scene with any number of wheelsets, 2.5 m apart."""
+    places = tuple(1.25 * (count - 1) - 2.5 * k for k in range(count))
+    time = 0.005 * np.arange(200)
+    y = 1e-3 * np.sin(20.0 * time[:, None] - np.arange(count))
+    return make_scene(
+        bodies=np.zeros((count + len(outlines), 4)),
+        rail=np.zeros(count),
+        wheelsets=places,
+        outlines=outlines,
+        half_wheelbase=max(1.0, places[0]),
+        history=History(time, y, np.zeros((200, 1))),
+    )
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4])
+def test_any_number_of_wheelsets_is_drawn_where_they_are(renderer, count):
+    frame = renderer.draw(make_train(count))
+    shades = {colours.of_wheelset(i, count) for i in range(count)}
+    columns = [where(frame, colours.mix(shade, 0.45), PLAN) for shade in shades]
+    assert min(n for *_, n in columns) > 20
+    ends = [where(frame, c, PLAN)[1] for c in (colours.LEADING, colours.TRAILING)]
+    if count == 1:
+        assert ends[0] == pytest.approx(297, abs=2)
+        assert np.isnan(ends[1])
+    else:
+        assert ends[1] < 297 < ends[0]
+
+
+def test_frames_and_bodies_are_drawn_where_they_are(renderer):
+    outlines = (Outline(2.5, 1.25), Outline(-2.5, 1.25), Outline(0.0, 3.75, "body"))
+    plain, drawn = renderer.draw(make_train(4)), renderer.draw(make_train(4, outlines))
+    rows, columns = np.nonzero((plain != drawn).any(axis=-1)[PLAN])
+    left, right = (
+        where(drawn, colours.NEUTRAL, (PLAN[0], half)) for half in (slice(20, 317), slice(317, 610))
+    )
+    assert left[2] == pytest.approx(right[2], rel=0.05)
+    assert left[2] > 200
+    assert np.ptp(rows) > 60
+    assert np.ptp(columns) > 400
+
+
+def test_two_wheelsets_and_a_frame_are_a_bogie(renderer):
+    plain = make_scene()
+    told = make_scene(wheelsets=(1.2, -1.2), outlines=(Outline(0.0, 1.2),))
+    np.testing.assert_array_equal(renderer.draw(plain), renderer.draw(told))
 
 
 def test_same_scene_gives_the_same_pixels(renderer):
@@ -424,6 +472,9 @@ def test_impossible_settings_are_refused(arguments, message):
         ({"cant": 1.0}, "cant is 1 rad"),
         ({"time": np.nan}, "time is nan"),
         ({"history": None}, "history is None"),
+        ({"history": History(np.arange(3), np.zeros((3, 1)), np.zeros((3, 1)))}, "has 1 columns"),
+        ({"wheelsets": (-1.0, 1.0)}, "places must fall"),
+        ({"wheelsets": (1.0, 0.0, -1.0), "outlines": (Outline(0.0, 1.0),)}, r"must be \(4, 4\), for 3"),
         ({"derailed": True}, "derailed is True"),
     ],
 )
@@ -436,7 +487,7 @@ def test_impossible_scene_is_refused(changes, message):
     ("arrays", "message"),
     [
         ((np.zeros((3, 1)), np.zeros((3, 2)), np.zeros((3, 1))), r"history.time has shape \(3, 1\)"),
-        ((np.arange(3), np.zeros((3, 3)), np.zeros((3, 1))), r"history.y has shape \(3, 3\)"),
+        ((np.arange(3), np.zeros(3), np.zeros((3, 1))), r"history.y has shape \(3,\)"),
         ((np.arange(3), np.zeros((3, 2)), np.zeros(3)), r"history.action has shape \(3,\)"),
         ((np.arange(3), np.zeros((3, 2)), np.zeros((2, 1))), r"must be \(3, n\)"),
         ((np.zeros(3), np.zeros((3, 2)), np.zeros((3, 1))), "must increase"),

@@ -137,6 +137,35 @@ def test_divergence_to_infinity_is_an_error_that_keeps_what_was_computed(method)
     assert kept.outputs[0, np.searchsorted(kept.time, 0.5)] == pytest.approx(2.0, rel=tolerance)
 
 
+METHODS = ["RK4", "RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA"]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_callers_whose_numpy_raises_get_the_same(method):
+    arguments = {"duration": 0.2, "method": method, "perturbation": {"y_w1": 1e-3}}
+    expected = railenv.simulate(COACH, speed=100.0, **arguments).states
+    with np.errstate(all="raise"):
+        found = railenv.simulate(COACH, speed=100.0, **arguments).states
+    np.testing.assert_array_equal(found, expected)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_callers_whose_numpy_raises_are_told_of_divergence_in_the_same_way(method):
+    model = railenv.Model("explosive", ["q"], [], _explosive, {})
+    arguments = {"initial_state": [1.0], "duration": 2.0, "step": 1e-4, "method": method}
+    with np.errstate(all="raise"), pytest.raises(SimulationError, match="no longer finite"):
+        railenv.simulate(model, speed=10.0, **arguments)
+
+
+def test_functions_of_time_keep_the_callers_treatment_of_floating_point_errors():
+    def force(times):
+        return 1.0 / (0.1 - np.minimum(times, 0.1))
+
+    arguments = {"duration": 0.2, "method": "RK45", "inputs": {"M_b": force}}
+    with np.errstate(all="raise"), pytest.raises(FloatingPointError):
+        railenv.simulate(COACH, speed=100.0, **arguments)
+
+
 @pytest.mark.parametrize("method", ["RK4", "RK45", "Radau", "LSODA"])
 def test_initial_state_with_infinite_forces_is_refused(method):
     with pytest.raises(ParameterError, match="forces of bogie are not finite there"):

@@ -69,7 +69,7 @@ def _header(text, data=b""):
 @pytest.mark.parametrize("kind", ["YawRateFeedback", "LearnedPolicy"])
 def test_pickles_in_controller_files_are_not_opened(bomb, tmp_path, kind, member):
     path = tmp_path / "controller.npz"
-    agents.files.write(path, damage.controller_files()[kind])
+    agents.controllers.files.write(path, damage.controller_files()[kind])
     with zipfile.ZipFile(path) as archive:
         members = {name: archive.read(name) for name in archive.namelist()}
     for content in (
@@ -118,7 +118,7 @@ def test_code_in_recipes_is_not_executed(tmp_path, monkeypatch):
             f"railenv/Bogie-v0:\n  seed: !!python/object/{tag} ['touch exploded']\n"
         )
         with pytest.raises(ParameterError, match="cannot be read"):
-            agents.recipe.recipe("ppo", "railenv/Bogie-v0", None, tmp_path / "mine.yml")
+            agents.learning.recipe.recipe("ppo", "railenv/Bogie-v0", None, tmp_path / "mine.yml")
     assert not (tmp_path / "exploded").exists()
 
 

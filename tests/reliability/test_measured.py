@@ -34,7 +34,7 @@ def test_time_step_moves_results_by_less_than_the_page_says():
     for what, row in found.items():
         coarse = "float32" in what
         assert row.growth == pytest.approx(exact.growth, rel=0.5 if coarse else 0.02), what
-        assert row.critical == pytest.approx(exact.critical, rel=0.01 if coarse else 1e-3), what
+        assert row.critical == pytest.approx(exact.critical, rel=0.02 if coarse else 1e-3), what
         assert row.amplitude == pytest.approx(exact.amplitude, rel=1e-3), what
     assert found["RK4, 0.5 ms"].growth == pytest.approx(exact.growth, rel=1e-4)
     assert found["RK4, 1 ms"].critical == pytest.approx(exact.critical, abs=1e-3)

@@ -6,8 +6,6 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.lines import Line2D
 
-from design.critical_speed import CriticalSpeed
-from design.plots import loss_handles
 from design.reproduction import paper, pieces
 from design.reproduction.cases import CASES, MODEL_TITLES, MODELS, VEHICLE_COLORS, VEHICLES, ModelName
 from design.reproduction.claims import cases_of
@@ -15,6 +13,8 @@ from design.reproduction.document import fragment
 from design.reproduction.drawing import INK, legend_below, panel, retitle, take_handles
 from design.reproduction.section import Data, DataTable, Drawing, Section
 from design.reproduction.store import Piece
+from design.stability.loss import CriticalSpeed
+from design.stability.sweep_plots import loss_handles
 
 TITLE = "Speed at which steady running ends, m/s"
 HEADINGS = ("radius of curve", "tangent", *(f"{r:g} m" for r in pieces.LISTED_RADII))

@@ -9,8 +9,7 @@ import matplotlib as mpl
 import numpy as np
 from markupsafe import Markup
 
-from design.diagram import SimulatedDiagram
-from design.plots import NEUTRAL
+from design.cycles.diagram import SimulatedDiagram
 from design.reproduction import paper, pieces
 from design.reproduction.cases import CASES, MODEL_TITLES, MODELS, Case
 from design.reproduction.claims import cases_of
@@ -20,6 +19,7 @@ from design.reproduction.drawing import legend_below, panel
 from design.reproduction.section import Data, DataTable, Drawing, Section
 from design.reproduction.settings import Settings
 from design.reproduction.store import Piece
+from design.style import NEUTRAL
 
 _FIGURES = {"bogie": "Fig 10", "dual_wheelset": "Fig 11"}
 

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from design.cycle_plots import stability_runs
-from design.cycles import CycleBranch
-from design.plots import STABLE, UNSTABLE
+from design.cycles.cycle import CycleBranch
+from design.cycles.cycle_plots import stability_runs
 from design.reproduction import paper, pieces
 from design.reproduction.cases import CASES, MODEL_TITLES, MODELS, Case
 from design.reproduction.document import fragment
@@ -18,6 +17,7 @@ from design.reproduction.drawing import INK, legend_below, panel, retitle, take_
 from design.reproduction.section import Data, DataTable, Drawing, Section
 from design.reproduction.settings import Settings
 from design.reproduction.store import Piece
+from design.style import STABLE, UNSTABLE
 
 _CURVES = (math.inf, paper.RADIUS)
 

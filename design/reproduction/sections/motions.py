@@ -6,8 +6,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from design.cycle_plots import phase_portrait
-from design.plots import STABLE, UNSTABLE, plot_response
+from design.cycles.motion_plots import phase_portrait, plot_response
 from design.reproduction import paper, pieces
 from design.reproduction.cases import MODEL_TITLES, MODELS, Case, ModelName
 from design.reproduction.claims import cases_of
@@ -16,6 +15,7 @@ from design.reproduction.document import fragment
 from design.reproduction.drawing import panel, retitle
 from design.reproduction.section import Data, DataTable, Drawing, Section, significant
 from design.reproduction.store import Piece
+from design.style import STABLE, UNSTABLE
 
 _BODY: dict[ModelName, str] = {"bogie": "b", "dual_wheelset": "w1"}
 """Body that the figures show: the paper's bogie is the frame."""

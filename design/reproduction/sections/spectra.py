@@ -6,13 +6,13 @@ from typing import Any
 
 from markupsafe import Markup
 
-from design.plots import NEUTRAL
 from design.reproduction import paper, pieces
 from design.reproduction.cases import CASES, MODEL_COLORS, MODEL_TITLES, VEHICLES, Case
 from design.reproduction.document import fragment
 from design.reproduction.drawing import legend_below, panel, retitle, take_handles
 from design.reproduction.section import Data, DataTable, Drawing, Section, significant
 from design.reproduction.store import Piece
+from design.style import NEUTRAL
 from railenv.vehicles import Vehicle
 
 _HIGHEST = 8.0  # Hz

@@ -5,6 +5,6 @@ extra ``render``, and no display unless a window is asked for.
 """
 
 from railenv.envs.rendering.renderer import Renderer
-from railenv.envs.rendering.scene import History, Scene
+from railenv.envs.rendering.scene import History, Outline, Scene
 
-__all__ = ["History", "Renderer", "Scene"]
+__all__ = ["History", "Outline", "Renderer", "Scene"]

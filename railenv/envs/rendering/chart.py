@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from railenv.envs.rendering.colours import ACTIONS, ALARM, GRID, LABEL, LEADING, NEUTRAL, TRAILING
+from railenv.envs.rendering.colours import ACTIONS, ALARM, GRID, LABEL, NEUTRAL, of_wheelset
 from railenv.envs.rendering.layout import CHART, Box
 from railenv.envs.rendering.page import Page
 from railenv.envs.rendering.scene import History, Scene
@@ -66,9 +66,16 @@ def draw_chart(page: Page, scene: Scene) -> None:
     _draw_scales(page, axes, step, bottom=not actuated)
     _draw_clearance(page, axes, delta)
     legend = CHART.right - 52
-    for i, colour in ((1, TRAILING), (0, LEADING)):
-        page.canvas.curve(*trace(axes, history.time, 1e3 * history.y[:, i]), colour)
-        words = f"{('leading', 'trailing')[i]} {number(1e3 * float(scene.bodies[i, 0]))}"
+    count = len(scene.wheelsets)
+    between = list(range(count - 2, 0, -1))
+    for i in (*between, *([count - 1] if count > 1 else []), 0):
+        colour = of_wheelset(i, count)
+        if len(history.time):
+            page.canvas.curve(*trace(axes, history.time, 1e3 * history.y[:, i]), colour)
+        if i in between:
+            continue
+        name = "" if count == 1 else "trailing " if i else "leading "
+        words = f"{name}{number(1e3 * float(scene.bodies[i, 0]))}"
         page.text(words, complex(legend, CHART.top + 3), 12, colour, align="right", bold=True)
         legend -= 130
     if actuated:

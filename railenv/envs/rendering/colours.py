@@ -22,6 +22,12 @@ GHOST: Colour = (0xB4, 0xBD, 0xC2)
 ACTIONS: tuple[Colour, ...] = (SAFE, (0x8A, 0x4F, 0x7D), LABEL)
 
 
+def of_wheelset(i: int, count: int) -> Colour:
+    """Return the colour of a wheelset: those between the first and the last are paler."""
+    own = LEADING if 2 * i < count else TRAILING
+    return own if i in (0, count - 1) else mix(own, 0.6)
+
+
 def mix(colour: Colour, share: float) -> Colour:
     """Return a colour mixed with white; ``share`` 1 is the colour."""
     r, g, b = (round(255.0 + share * (c - 255.0)) for c in colour)

@@ -126,12 +126,14 @@ def _draw_wheel_section(canvas: Canvas, front: Front, side: float) -> None:
 def label_front(page: Page, scene: Scene) -> None:
     """Draw the frame, its headings and the clearances of both wheelsets."""
     page.canvas.rectangle(FRONT, None, GRID)
-    used = page.text("leading wheelset", complex(FRONT.left + 8, FRONT.top + 3), 12, LEADING, bold=True)
+    which = "leading wheelset" if len(scene.wheelsets) > 1 else "wheelset"
+    used = page.text(which, complex(FRONT.left + 8, FRONT.top + 3), 12, LEADING, bold=True)
     at = complex(FRONT.left + 14 + used, FRONT.top + 3)
     page.text(f"looking forward, lateral \N{MULTIPLICATION SIGN} {scene.exaggeration:g}", at, 12, LABEL)
-    names = ("leading", "trailing")
-    for i, top in enumerate((FRONT_VIEW.bottom + 4, FRONT_VIEW.bottom + 52)):
-        _draw_gauge(page, scene, i, top, names[i])
+    ends = {0: "leading", len(scene.wheelsets) - 1: "trailing"} if len(scene.wheelsets) > 1 else {0: ""}
+    tops = (FRONT_VIEW.bottom + 4, FRONT_VIEW.bottom + 52)
+    for (i, name), top in zip(ends.items(), tops, strict=False):
+        _draw_gauge(page, scene, i, top, name)
 
 
 def _draw_gauge(page: Page, scene: Scene, i: int, top: float, name: str) -> None:

@@ -16,19 +16,19 @@ from railenv.envs.rendering.colours import (
     BAND,
     GHOST,
     GRID,
+    INK,
     LABEL,
-    LEADING,
     NEUTRAL,
     RAIL,
     SLEEPER,
-    TRAILING,
     WHITE,
     Colour,
     mix,
+    of_wheelset,
 )
 from railenv.envs.rendering.layout import PLAN, PLAN_VIEW, Box
 from railenv.envs.rendering.page import Page
-from railenv.envs.rendering.scene import TANGENT, Scene, touching
+from railenv.envs.rendering.scene import TANGENT, Outline, Scene, touching
 from railenv.envs.rendering.text import number
 
 GROUND_SLOWDOWN = 20.0
@@ -54,7 +54,7 @@ class Plan:
         )
         self.lateral = self.scale * scene.exaggeration
         self.gauge = self.scale * scene.half_gauge
-        self.base = self.scale * scene.half_wheelbase
+        self.places = [self.scale * x for x in scene.wheelsets]
         self.clearance = self.lateral * scene.flange_clearance
         self.reach = PLAN_VIEW.width / 2.0
         k = scene.curvature
@@ -73,9 +73,12 @@ class Plan:
 
     def alignment(self, along: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the displacement of the rails, joined smoothly from wheelset to wheelset."""
-        u = np.clip((along + self.base) / (2.0 * self.base), 0.0, 1.0)
-        lead, trail = (self.lateral * self.scene.rail).tolist()
-        return trail + (lead - trail) * u * u * (3.0 - 2.0 * u)
+        at, shift = self.places[::-1], (self.lateral * self.scene.rail).tolist()[::-1]
+        total = np.full(np.shape(along), shift[0])
+        for k in range(1, len(at)):
+            u = np.clip((along - at[k - 1]) / (at[k] - at[k - 1]), 0.0, 1.0)
+            total = total + (shift[k] - shift[k - 1]) * u * u * (3.0 - 2.0 * u)
+        return total
 
     def pose(self, along: float, y: float, yaw: float) -> _Pose:
         """Return the map from a body's own coordinates to the page."""
@@ -86,7 +89,7 @@ class Plan:
 
 
 def draw_plan(canvas: Canvas, scene: Scene) -> None:
-    """Draw track, wheelsets, frame, and pale their equilibrium."""
+    """Draw track, wheelsets, frames, other bodies, and pale their equilibrium."""
     plan = Plan(scene)
     _draw_ground(canvas, plan)
     along = np.linspace(-1.2 * plan.reach, 1.2 * plan.reach, 33)
@@ -94,7 +97,8 @@ def draw_plan(canvas: Canvas, scene: Scene) -> None:
     for side in (1.0, -1.0):
         edge, inner = side * plan.gauge, side * (plan.gauge - plan.clearance)
         _draw_strip(canvas, plan, along, shift, (inner, edge), BAND)
-    ends = ((plan.base, 0, LEADING), (-plan.base, 1, TRAILING))
+    count = len(plan.places)
+    ends = [(at, i, of_wheelset(i, count)) for i, at in enumerate(plan.places)]
     for at, i, colour in ends:
         _draw_treads(canvas, plan, at, i, colour)
     for side in (1.0, -1.0):
@@ -103,8 +107,11 @@ def draw_plan(canvas: Canvas, scene: Scene) -> None:
         _draw_wheelset_ghost(canvas, plan, at, i)
     for at, i, colour in ends:
         _draw_axle(canvas, plan, at, i, colour)
-    if len(scene.bodies) == 3:
-        _draw_frame(canvas, plan)
+    numbered = list(enumerate(scene.outlines, count))
+    for kind, draw in (("frame", _draw_frame), ("body", _draw_body)):
+        for i, outline in numbered:
+            if outline.kind == kind:
+                draw(canvas, plan, i, outline)
 
 
 def _draw_ground(canvas: Canvas, plan: Plan) -> None:
@@ -183,9 +190,9 @@ def _draw_wheelset_ghost(canvas: Canvas, plan: Plan, at: float, i: int) -> None:
         canvas.polygon(place(_rectangle(half + 5.0, inner, outer)), None, GHOST, 1.5)
 
 
-def _frame_parts(plan: Plan, grow: float = 0.0) -> list[list[complex]]:
+def _frame_parts(plan: Plan, outline: Outline, grow: float = 0.0) -> list[list[complex]]:
     beam = plan.gauge + plan.clearance + 18.0
-    half, thick = plan.base + 24.0 + grow, 7.0 + grow
+    half, thick = plan.scale * outline.half_length + 24.0 + grow, 7.0 + grow
     return [
         _rectangle(half, beam - thick, beam + thick),
         _rectangle(half, -beam - thick, -beam + thick),
@@ -193,16 +200,28 @@ def _frame_parts(plan: Plan, grow: float = 0.0) -> list[list[complex]]:
     ]
 
 
-def _draw_frame(canvas: Canvas, plan: Plan) -> None:
-    y, _, _, psi = plan.scene.equilibrium[2].tolist()
-    place = plan.pose(0.0, y, psi)
-    for part in _frame_parts(plan):
+def _draw_frame(canvas: Canvas, plan: Plan, i: int, outline: Outline) -> None:
+    at = plan.scale * outline.x
+    y, _, _, psi = plan.scene.equilibrium[i].tolist()
+    place = plan.pose(at, y, psi)
+    for part in _frame_parts(plan, outline):
         canvas.polygon(place(part), None, GHOST, 1.5)
-    place = _body_pose(plan, 0.0, 2)
+    place = _body_pose(plan, at, i)
     for grow, colour in ((1.0, RAIL), (0.0, NEUTRAL)):
-        for part in _frame_parts(plan, grow):
+        for part in _frame_parts(plan, outline, grow):
             canvas.polygon(place(part), colour)
     canvas.circle(complex(place([0.0])[0]), 5.0, WHITE, RAIL)
+
+
+def _draw_body(canvas: Canvas, plan: Plan, i: int, outline: Outline) -> None:
+    """Draw the edge of a body above the frames, which would hide everything if it were filled."""
+    at, half = plan.scale * outline.x, plan.scale * outline.half_length + 48.0
+    edge = _rectangle(half, -2.0 * plan.gauge, 2.0 * plan.gauge)
+    y, _, _, psi = plan.scene.equilibrium[i].tolist()
+    canvas.polygon(plan.pose(at, y, psi)(edge), None, GHOST, 1.5)
+    place = _body_pose(plan, at, i)
+    canvas.polygon(place(edge), None, INK, 2.0)
+    canvas.circle(complex(place([0.0])[0]), 3.0, INK)
 
 
 def label_plan(page: Page, scene: Scene) -> None:

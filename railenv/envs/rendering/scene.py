@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -43,8 +43,8 @@ class History:
     ----------
     time : array of shape (n,)
         Instants, s, increasing.
-    y : array of shape (n, 2)
-        Lateral displacements of the leading and the trailing wheelset, m.
+    y : array of shape (n, n_wheelsets)
+        Lateral displacements of the wheelsets, the leading one first, m.
     action : array of shape (n, n_actuators)
         Normalised actions in [-1, 1]; ``n_actuators`` may be 0.
 
@@ -63,14 +63,38 @@ class History:
         n = len(time)
         if (np.diff(time) <= 0.0).any():
             raise ParameterError("history.time must increase from entry to entry")
-        y = _array("history.y", self.y, (n, 2), "displacements of both wheelsets at every instant")
+        y = _array("history.y", self.y, (n, None), "displacements of the wheelsets at every instant")
         action = _array("history.action", self.action, (n, None), "the action at every instant")
         _set(self, time=time, y=y, action=action)
 
     @classmethod
-    def empty(cls, n_actuators: int = 0) -> History:
+    def empty(cls, n_actuators: int = 0, n_wheelsets: int = 2) -> History:
         """Return a history without instants."""
-        return cls(np.zeros(0), np.zeros((0, 2)), np.zeros((0, n_actuators)))
+        return cls(np.zeros(0), np.zeros((0, n_wheelsets)), np.zeros((0, n_actuators)))
+
+
+@dataclass(frozen=True)
+class Outline:
+    """How a body that is no wheelset is drawn.
+
+    Attributes
+    ----------
+    x : float
+        Place of its centre, m, from the middle of the wheelsets.
+    half_length : float
+        m.
+    kind : {"frame", "body"}
+        Two beams and a cross beam, or a rectangle above everything.
+    """
+
+    x: float
+    half_length: float
+    kind: Literal["frame", "body"] = "frame"
+
+    def __post_init__(self) -> None:
+        checks.number("x of an outline", self.x, unit="m")
+        checks.number("half_length of an outline", self.half_length, low=0.0, open_low=True, unit="m")
+        checks.choice("kind of an outline", self.kind, ("frame", "body"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,18 +110,24 @@ class Scene:
         left rail is raised).
     critical_speed : float or None
         Critical speed (m/s), shown beside the speed when given.
-    bodies : array of shape (2, 4) or (3, 4)
-        y, z (m), phi and psi (rad) of leading wheelset, trailing wheelset and, for a bogie, the frame.
+    bodies : array of shape (n, 4)
+        y, z (m), phi and psi (rad) of the wheelsets, the leading one first, then of the other bodies.
     equilibrium : array of the same shape
         The running equilibrium, drawn as a ghost.
-    rail : array of shape (2,)
-        Lateral displacement (m) of the rails under leading and trailing wheelset.
+    rail : array of shape (n_wheelsets,)
+        Lateral displacement (m) of the rails under each wheelset.
     half_gauge, half_wheelbase, wheel_radius, flange_clearance : float
         Geometry of the vehicle, m.
     history : History
         The last seconds, for the strip chart.
     derailed : str or None
         The reason, once derailed.
+    wheelsets : tuple of float, optional
+        Places of the wheelsets from their middle, m, falling; two of them, half a wheelbase before and
+        behind it, when left out.
+    outlines : tuple of Outline, optional
+        How the other bodies are drawn; a frame over both wheelsets, if there is a body for it, when
+        left out.
 
     Raises
     ------
@@ -119,21 +149,26 @@ class Scene:
     flange_clearance: float
     history: History
     derailed: str | None = None
+    wheelsets: tuple[float, ...] = ()
+    outlines: tuple[Outline, ...] = ()
 
     def __post_init__(self) -> None:
-        meaning = "y, z, phi, psi of both wheelsets and, for a bogie, the frame"
+        meaning = "y, z, phi, psi of the wheelsets, then of the other bodies"
         bodies = _array("bodies", self.bodies, (None, 4), meaning)
-        if len(bodies) not in (2, 3):
-            raise ParameterError(
-                f"bodies has shape {bodies.shape}; it must be (2, 4) or (3, 4): {meaning}"
-            )
+        self._set_places(bodies)
         equilibrium = _array("equilibrium", self.equilibrium, bodies.shape, "as bodies")
-        rail = _array("rail", self.rail, (2,), "displacement of the rails under each wheelset")
+        count = len(self.wheelsets)
+        rail = _array("rail", self.rail, (count,), "displacement of the rails under each wheelset")
         for name in ("half_gauge", "half_wheelbase", "wheel_radius", "flange_clearance"):
             value = checks.number(name, getattr(self, name), low=0.0, open_low=True, unit="m")
             _set(self, **{name: value})
         if not isinstance(self.history, History):
             raise ParameterError(f"history is {self.history!r}; it must be a History")
+        if len(self.history.time) and self.history.y.shape[1] != count:
+            raise ParameterError(
+                f"history.y has {self.history.y.shape[1]} columns; it must have one for each of the "
+                f"{count} wheelsets"
+            )
         if not (self.derailed is None or isinstance(self.derailed, str)):
             raise ParameterError(f"derailed is {self.derailed!r}; it must be a reason, or None")
         if self.critical_speed is not None:
@@ -148,6 +183,31 @@ class Scene:
             equilibrium=equilibrium,
             rail=rail,
         )
+
+    def _set_places(self, bodies: NDArray[np.float64]) -> None:
+        """Check where the bodies are, or put them where those of a bogie are."""
+        if not self.wheelsets:
+            if len(bodies) not in (2, 3):
+                raise ParameterError(
+                    f"bodies has shape {bodies.shape}; it must be (2, 4) or (3, 4): y, z, phi, psi of "
+                    "both wheelsets and, for a bogie, the frame; or give wheelsets and outlines"
+                )
+            half = checks.number(
+                "half_wheelbase", self.half_wheelbase, low=0.0, open_low=True, unit="m"
+            )
+            frame = (Outline(0.0, half),) if len(bodies) == 3 else ()
+            _set(self, wheelsets=(half, -half), outlines=frame)
+            return
+        places = _array("wheelsets", self.wheelsets, (None,), "places of the wheelsets")
+        if (np.diff(places) >= 0.0).any():
+            raise ParameterError(f"wheelsets is {places.tolist()}; places must fall, the leading first")
+        _set(self, wheelsets=tuple(places.tolist()), outlines=tuple(self.outlines))
+        wanted = len(places) + len(self.outlines)
+        if len(bodies) != wanted:
+            raise ParameterError(
+                f"bodies has shape {bodies.shape}; it must be ({wanted}, 4), for {len(places)} "
+                f"wheelsets and {len(self.outlines)} outlines"
+            )
 
     @property
     def exaggeration(self) -> float:

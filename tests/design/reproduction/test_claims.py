@@ -7,6 +7,7 @@ import pytest
 
 import design
 import railenv
+from design.cycles.spectrum import Spectrum
 from design.reproduction import FULL, QUICK, first_page, paper, pieces, whole_report
 from design.reproduction.adhesion import adhesion_limit
 from design.reproduction.cases import CASES, VEHICLES
@@ -14,7 +15,6 @@ from design.reproduction.claims import Evidence, counts
 from design.reproduction.claims_of_diagrams import FURTHER_RULES
 from design.reproduction.claims_of_motions import FIRST_RULES, describe
 from design.reproduction.sections.critical_speeds import brief
-from design.spectrum import Spectrum
 
 COACH = "HIGH_SPEED_COACH"
 BOGIES = CASES[:3]

@@ -2,21 +2,15 @@
 
 import math
 
-import gymnasium as gym
 import numpy as np
 import pytest
 
 import railenv
 from railenv import irregularity
 from railenv.errors import ParameterError, UnknownNameError
+from tests.railenv.envs.runs import BOGIE, both, make
 
-BOGIE, DUAL = IDS = ("railenv/Bogie-v0", "railenv/DualWheelset-v0")
 GRAVITY = 9.81
-both = pytest.mark.parametrize("name", IDS)
-
-
-def make(name, **keywords):
-    return gym.make(name, disable_env_checker=True, **keywords).unwrapped
 
 
 def conditions(env, seeds, **options):
@@ -100,7 +94,7 @@ def test_each_quantity_can_be_pinned_and_the_others_stay_drawn(name, pin):
 def test_pinned_quantities_reach_the_vehicle(name):
     env = make(name)
     env.reset(seed=0, options={"conicity": 0.08, "friction": 0.25, "creep_factor": 0.5})
-    vehicle, plain = env.fleet.episodes[0].vehicle, env.settings.vehicle
+    vehicle, plain = env.fleet.episodes[0].plant.vehicle, env.settings.vehicle
     assert (vehicle.conicity, vehicle.friction) == (0.08, 0.25)
     for field in ("lateral_creep", "lateral_spin_creep", "spin_creep", "longitudinal_creep"):
         assert getattr(vehicle, field) == pytest.approx(0.5 * getattr(plain, field))
@@ -283,4 +277,4 @@ def test_episodes_start_all_over_the_line():
 def test_vehicle_keyword():
     env = make(BOGIE, vehicle=railenv.TABLE_1)
     env.reset(seed=0)
-    assert env.fleet.episodes[0].vehicle is railenv.TABLE_1
+    assert env.fleet.episodes[0].plant.vehicle is railenv.TABLE_1

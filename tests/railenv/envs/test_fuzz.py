@@ -9,8 +9,8 @@ import pytest
 import railenv
 from railenv.envs.fleet import REASONS
 from railenv.envs.settings import RewardWeights
+from tests.railenv.envs.runs import BOGIE, DUAL
 
-BOGIE, DUAL = "railenv/Bogie-v0", "railenv/DualWheelset-v0"
 KINDS = [(BOGIE, "secondary"), (BOGIE, "primary"), (BOGIE, "none"), (DUAL, "primary"), (DUAL, "none")]
 
 

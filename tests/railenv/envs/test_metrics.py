@@ -2,14 +2,12 @@
 
 import math
 
-import gymnasium as gym
 import numpy as np
 import pytest
 
 from railenv.envs import metrics
+from tests.railenv.envs.runs import BOGIE, both, make
 
-BOGIE, DUAL = IDS = ("railenv/Bogie-v0", "railenv/DualWheelset-v0")
-both = pytest.mark.parametrize("name", IDS)
 NAMES = {
     "hunting_amplitude",
     "hunting_frequency",
@@ -20,10 +18,6 @@ NAMES = {
     "cfr_213_333",
     "en_14363",
 }
-
-
-def make(name, **keywords):
-    return gym.make(name, disable_env_checker=True, **keywords).unwrapped
 
 
 def run(env, seconds, action=0.0):

@@ -3,7 +3,6 @@
 import math
 from pathlib import Path
 
-import gymnasium as gym
 import numpy as np
 import pytest
 
@@ -13,14 +12,9 @@ from railenv import irregularity
 from railenv.envs.fleet import REASONS
 from railenv.envs.settings import RewardWeights
 from railenv.errors import ParameterError
+from tests.railenv.envs.runs import BOGIE, DUAL, both, make
 
-BOGIE, DUAL = IDS = ("railenv/Bogie-v0", "railenv/DualWheelset-v0")
 TERMS = ("hunting", "excursion", "ride", "effort", "derailment")
-both = pytest.mark.parametrize("name", IDS)
-
-
-def make(name, **keywords):
-    return gym.make(name, disable_env_checker=True, **keywords).unwrapped
 
 
 def idle(env):
@@ -43,7 +37,7 @@ def expected_terms(env, equilibrium, c, rails):
     model = env.fleet.model
     x = dict(zip(model.state_names, env.fleet.state(0), strict=True))
     x0 = dict(zip(model.plant.state_names, equilibrium, strict=False))
-    vehicle = env.fleet.episodes[0].vehicle
+    vehicle = env.fleet.episodes[0].plant.vehicle
     k, delta = 2.0 * math.pi / vehicle.klingel_wavelength, vehicle.flange_clearance
     hunting = excursion = 0.0
     for i, w in enumerate(("w1", "w2")):

@@ -12,10 +12,8 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
 import railenv
 from railenv.errors import ParameterError, UnknownNameError
+from tests.railenv.envs.runs import BOGIE, DUAL, both
 
-IDS = ("railenv/Bogie-v0", "railenv/DualWheelset-v0")
-BOGIE, DUAL = IDS
-both = pytest.mark.parametrize("name", IDS)
 modes = pytest.mark.parametrize("mode", list(AutoresetMode), ids=lambda m: m.value)
 
 VARIED = {

@@ -1,0 +1,1 @@
+"""Controllers: their interface and files, the classical ones, learned policies, the shipped ones."""

@@ -1,0 +1,19 @@
+"""The kinds of linear controllers: what a file can hold, and what can stand below a learned policy."""
+
+from __future__ import annotations
+
+from agents.controllers.lqg import LQG
+from agents.controllers.lqr import LQR
+from agents.controllers.output_feedback import OutputFeedback
+from agents.controllers.passive import Passive
+from agents.controllers.scheduled import ScheduledController
+from agents.controllers.yaw_rate import YawRateFeedback
+
+LINEAR: tuple[type[ScheduledController], ...] = (
+    LQG,
+    LQR,
+    OutputFeedback,
+    Passive,
+    ScheduledController,
+    YawRateFeedback,
+)

@@ -1,0 +1,32 @@
+"""Reading a controller of any kind from its file."""
+
+from __future__ import annotations
+
+from os import PathLike
+
+from agents.controllers.files import ControllerFile, read, restored
+from agents.controllers.learned import LearnedPolicy
+from agents.controllers.linear_kinds import LINEAR
+from agents.controllers.scheduled import ScheduledController
+
+_KINDS: list[type[ScheduledController] | type[LearnedPolicy]] = sorted(
+    (*LINEAR, LearnedPolicy), key=lambda kind: kind.__name__
+)
+
+
+def load(path: str | PathLike[str]) -> ScheduledController | LearnedPolicy:
+    """Read a controller from the file that its ``save`` wrote; nothing in it is executed.
+
+    Raises
+    ------
+    ParameterError
+        If it is no such file, is damaged, or holds a kind of controller that is not known.
+    FileNotFoundError
+        If there is none.
+    """
+    return controller_of(read(path), str(path))
+
+
+def controller_of(content: ControllerFile, where: str) -> ScheduledController | LearnedPolicy:
+    """Return the controller that a file's content describes; ``where`` names it in errors."""
+    return restored(content, _KINDS, where)

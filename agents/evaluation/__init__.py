@@ -1,0 +1,1 @@
+"""Evaluation of controllers: runs, growth rates, nonlinear critical speeds, tables and pictures."""

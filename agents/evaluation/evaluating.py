@@ -1,0 +1,262 @@
+"""How much faster a vehicle runs without hunting: the evaluation that every controller gets alike."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+import design
+from agents.controllers.controller import Controller, equipped
+from agents.evaluation.evaluation import CurveResult, Evaluation, Plan
+from agents.evaluation.growth import growth_rates
+from agents.evaluation.nonlinear import Place, disturbed_critical_speed, ramp_down
+from agents.evaluation.rollout import Case, Rollout, Track
+from design.loop.feedback import Feedback
+from railenv import Equipped, Model
+from railenv.envs.metrics import episode_metrics
+from railenv.envs.observation import CANT_BASE
+from railenv.errors import EquilibriumError
+
+_BEYOND = 1.05  # of the linear critical speed, where hunting is established for the ramp
+_MARGIN = 10.0  # m/s
+
+
+def evaluate(
+    controller: Controller,
+    model: Model,
+    *,
+    name: str | None = None,
+    plan: Plan | None = None,
+    progress: bool = False,
+) -> Evaluation:
+    """Evaluate a controller on a vehicle.
+
+    Parameters
+    ----------
+    controller : Controller
+    model : Model
+        With default actuators and sensors if it has none.
+    name : str, optional
+        What to call the controller; its class's name when left out.
+    plan : Plan, optional
+    progress : bool
+        Show a progress bar.
+
+    Returns
+    -------
+    Evaluation
+
+    Raises
+    ------
+    ParameterError
+        If the controller does not suit the vehicle.
+    """
+    vehicle = equipped(model)
+    todo = Plan() if plan is None else plan
+    worker = _Evaluator(vehicle, controller, todo)
+    curves: Iterable[tuple[float, float]] = todo.curves
+    if progress:
+        from rich.progress import track
+
+        curves = track(list(todo.curves), description=f"evaluating {name or controller.name}")
+    results = tuple(worker.curve(radius, cant) for radius, cant in curves)
+    robust, worst = worker.robust(vehicle)
+    return Evaluation(
+        controller=name or controller.name,
+        model_name=vehicle.name,
+        vehicle=vehicle.vehicle_name,
+        observation=controller.observation,
+        curves=results,
+        robust=robust,
+        worst=worst,
+        ride=tuple(worker.ride()),
+        delays={f"{delay:g}": worker.with_delay(delay) for delay in todo.delays},
+        noises={f"{factor:g}": worker.with_noise(factor) for factor in todo.noises},
+        about=dict(getattr(controller, "about", {})),
+        plan=todo,
+    )
+
+
+@dataclass
+class _Evaluator:
+    """The parts of an evaluation."""
+
+    model: Equipped
+    controller: Controller
+    plan: Plan
+
+    def curve(self, radius: float, cant: float) -> CurveResult:
+        linear, loss, frequency = self.linear(self.model, radius, cant)
+        low, top = self.plan.speed_range
+        place = Place(radius, cant)
+        disturbed = disturbed_critical_speed(
+            self.model, self.controller, place, speed_range=self.plan.speed_range
+        )
+        start = min(top, max(_BEYOND * (linear or 0.0), (disturbed or 0.0) + _MARGIN, 2.0 * low))
+        ramp, established = self._ramp(place, start)
+        return CurveResult(
+            radius,
+            cant,
+            linear,
+            loss,
+            frequency,
+            disturbed,
+            ramp,
+            established,
+            self._at_frictions(radius, cant),
+            self._deficiency_limit(radius, cant),
+        )
+
+    def _ramp(self, place: Place, start: float) -> tuple[float | None, bool]:
+        """Return where hunting stops, from a start at which there is an equilibrium."""
+        while True:
+            try:
+                found = ramp_down(
+                    self.model, self.controller, place, start=start, lowest=self.plan.speed_range[0]
+                )
+            except EquilibriumError:
+                start *= 0.95
+                if start <= self.plan.speed_range[0]:
+                    return None, False
+                continue
+            return (found.stops if found.established else None), found.established
+
+    def linear(
+        self, model: Equipped, radius: float, cant: float
+    ) -> tuple[float | None, str, float | None]:
+        """Return linear critical speed, loss and frequency."""
+        if not isinstance(self.controller, Feedback):
+            return self._measured(model, radius, cant)
+        try:
+            found = design.critical_speed(
+                model,
+                radius=radius,
+                cant=cant,
+                controller=self.controller,
+                speed_range=self.plan.speed_range,
+            )
+        except EquilibriumError:
+            return None, "end", None
+        speed = self.plan.speed_range[1] if found.loss == "none" else found.speed
+        return speed, found.loss, found.frequency
+
+    def _measured(
+        self, model: Equipped, radius: float, cant: float
+    ) -> tuple[float | None, str, float | None]:
+        """Return the speed up to which small motions decay in the environment, refined in rounds."""
+        low, high = self.plan.speed_range
+        speeds = np.geomspace(low, high, 32)
+        for _ in range(3):
+            try:
+                rates = growth_rates(model, self.controller, speeds.tolist(), radius=radius, cant=cant)
+            except EquilibriumError:
+                speeds = np.linspace(speeds[0], speeds[-1] * 0.9, len(speeds))
+                continue
+            growing = np.flatnonzero(rates >= 0.0)
+            if not len(growing):
+                return float(speeds[-1]), "none", None
+            k = int(growing[0])
+            if k == 0:
+                return None, "unstable at start", None
+            share = -rates[k - 1] / (rates[k] - rates[k - 1])
+            result = float(speeds[k - 1] + share * (speeds[k] - speeds[k - 1]))
+            speeds = np.linspace(speeds[k - 1], speeds[k], len(speeds))
+        return result, "hunting", None
+
+    def _at_frictions(self, radius: float, cant: float) -> dict[str, float | None]:
+        """Return the disturbed critical speed at other coefficients of friction, if there is such."""
+        if "friction" not in self.model.variable_names:
+            return {}
+        return {
+            f"{mu:g}": disturbed_critical_speed(
+                self.model,
+                self.controller,
+                Place(radius, cant, {"friction": mu}),
+                speed_range=self.plan.speed_range,
+            )
+            for mu in self.plan.frictions
+        }
+
+    def _deficiency_limit(self, radius: float, cant: float) -> float | None:
+        if math.isinf(radius):
+            return None
+        return math.sqrt(abs(radius) * self.model.gravity * (0.150 / CANT_BASE + abs(cant)))
+
+    def robust(self, model: Equipped) -> tuple[float | None, dict[str, float]]:
+        """Return the robust critical speed over conicity, and the worst vehicle."""
+        if not isinstance(self.controller, Feedback) or "conicity" not in model.variable_names:
+            return None, {}
+        radius, cant = self.plan.curves[0]
+        found = design.robust_critical_speed(
+            model,
+            self.controller,
+            {"conicity": self.plan.conicity},
+            radius=radius,
+            cant=cant,
+            speed_range=self.plan.speed_range,
+            samples=24,
+        )
+        return found.speed, dict(found.worst)
+
+    def with_delay(self, delay: float) -> tuple[float | None, float | None]:
+        """Return linear and robust critical speed at another delay."""
+        model = self.model.replace(delay=delay)
+        if self.controller.observation == "state":
+            # the commands on their way are part of what it reads: it is made for its own delay
+            return None, None
+        return self.linear(model, *self.plan.curves[0])[0], self.robust(model)[0]
+
+    def with_noise(self, factor: float) -> float:
+        """Return the rms moment (N m) at the first ride speed, on smooth track, with scaled noise."""
+        s = self.model.sensors
+        model = self.model.replace(
+            accelerometer_noise=factor * s.accelerometer_noise,
+            gyro_noise=factor * s.gyro_noise,
+            accelerometer_bias=factor * s.accelerometer_bias,
+            gyro_bias=factor * s.gyro_bias,
+        )
+        radius, cant = self.plan.curves[0]
+        case = Case(self.plan.ride_speeds[0], radius, cant)
+        rollout = Rollout(model, self.controller, [case], Track(noise=True))
+        return float(_moments(rollout, self.plan.ride_duration)[0][0])
+
+    def ride(self) -> Sequence[Mapping[str, float]]:
+        """Run on irregular track with noisy sensors."""
+        radius, cant = self.plan.curves[0]
+        cases = [Case(speed, radius, cant) for speed in self.plan.ride_speeds]
+        rollout = Rollout(self.model, self.controller, cases, Track("low", noise=True))
+        rms, peak = _moments(rollout, self.plan.ride_duration)
+        rows = []
+        for i, case in enumerate(cases):
+            metrics = episode_metrics(rollout.fleet, i)
+            rows.append(
+                {
+                    "speed": case.speed,
+                    "moment_rms": float(rms[i]),
+                    "moment_peak": float(peak[i]),
+                    "acceleration_rms": metrics["acceleration_rms"],
+                    "acceleration_peak": metrics["acceleration_peak"],
+                    "cfr_213_333": metrics["cfr_213_333"],
+                    "en_14363": metrics["en_14363"],
+                    "derailed": float(rollout.derailed[i]),
+                }
+            )
+        return rows
+
+
+def _moments(rollout: Rollout, duration: float) -> Any:
+    """Run, and return rms and peak of the applied moments (N m) of each case.
+
+    Forces (N) where no actuator applies a moment.
+    """
+    model = rollout.fleet.model
+    pairs = list(zip(model.equipment.mounts, model.limits, strict=True))
+    chosen = [(m, limit) for m, limit in pairs if m.acts == "yaw"] or pairs
+    limits = np.array([limit for _, limit in chosen])
+    names = [mount.state_names[0] for mount, _ in chosen]
+    moments = np.clip(rollout.run(duration, names).states, -limits, limits)
+    return np.sqrt((moments**2).mean(axis=(0, 2))), np.abs(moments).max(axis=(0, 2))

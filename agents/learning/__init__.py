@@ -1,0 +1,1 @@
+"""Learning: training on Stable-Baselines3, policy search, recipes, adapters."""

@@ -1,0 +1,186 @@
+"""Candidates of a policy search: weights as policies, run side by side and judged."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import design
+from agents.controllers.controller import Controller
+from agents.controllers.learned import LearnedPolicy
+from agents.controllers.memory import BY_SPEED, Memory, MemorySettings
+from agents.controllers.network import Network, Normalization
+from agents.controllers.scheduled import ScheduledController, readings_of
+from agents.evaluation.rollout import Rollout, Track
+from agents.learning.lessons import Lessons
+from agents.learning.policy_start import Aim, start_weights
+from railenv import Equipped
+
+Array = NDArray[np.float64]
+
+CONICITIES = (0.05, 0.4)
+"""Range over which the robust critical speed of a searched policy is looked at."""
+
+_SMALLEST_SCALE = 1e-3  # of an input
+
+
+class Population(Controller):
+    """Candidates side by side: each runs the same cases, with weights of its own."""
+
+    def __init__(self, frame: LearnedPolicy, gains: Array) -> None:
+        settings = frame.memory
+        self.memory = Memory(settings, frame.readings, frame.commands, frame.period, frame.base)
+        self.period = frame.period
+        self._gains = gains  # (candidates, inputs)
+        self._authority = frame.authority
+
+    def reset(self, count: int | None = None) -> None:
+        """Start anew for ``count`` vehicles: those of the first candidate, of the second, and so on."""
+        self.memory.reset(count or 1)
+
+    def inputs(self, observation: NDArray[np.floating[Any]]) -> Array:
+        """Return the networks' inputs for an observation."""
+        rows = np.asarray(observation, dtype=np.float32)
+        return np.concatenate([rows, self.memory.features(rows)], axis=1, dtype=float)
+
+    def act(self, observation: NDArray[np.floating[Any]]) -> Array:
+        """Return every candidate's commands for its vehicles."""
+        x = self.inputs(observation)
+        grouped = x.reshape(len(self._gains), -1, x.shape[1])
+        learned = np.clip(np.einsum("cri,ci->cr", grouped, self._gains), -1.0, 1.0)
+        shares = np.clip(self.memory.demand + self._authority * learned.reshape(-1, 1), -1.0, 1.0)
+        self.memory.advance(shares)
+        return shares
+
+
+class Candidates:
+    """What a search asks of weights: a policy, its returns, its robust critical speed.
+
+    Parameters
+    ----------
+    model : Equipped
+        With a single actuator.
+    base : ScheduledController
+    lessons : Lessons
+    memory : MemorySettings
+    authority : float
+        Largest share of the limit that the network commands.
+    period : float
+        Control period, s.
+    """
+
+    def __init__(
+        self,
+        model: Equipped,
+        base: ScheduledController,
+        lessons: Lessons,
+        memory: MemorySettings,
+        authority: float,
+        period: float,
+    ) -> None:
+        self.model = model
+        self.lessons = lessons
+        self.readings = readings_of(model, "sensors", period)
+        self.memory, self.base, self.authority, self.period = memory, base, authority, period
+        inner = Memory(memory, self.readings, model.command_names, period, base)
+        self._signs = inner.signs
+        used, self._groups = self._inputs(inner)
+        self._used = np.flatnonzero(used)
+        self._scale = np.ones(len(self._signs))
+        self._scale = self._usual()
+
+    def _inputs(self, inner: Memory) -> tuple[NDArray[np.bool_], list[tuple[int, list[int]]]]:
+        """Return which inputs have weights, and groups of inputs whose weights have to cancel.
+
+        Those are lateral ones. A group is the input whose weight follows from those of the others: what
+        a curve adds to a reading passes all its filters alike, and together they must not see it.
+        """
+        steady = [reading.name == "cant_deficiency" for reading in self.readings]
+        used = self._signs < 0.0
+        used[: len(steady)] &= ~np.array(steady)  # steady on a curve, it must not command anything
+        names = [*(reading.name for reading in self.readings), *inner.names]
+        groups = []
+        for reading in (names[i] for i in inner.filtered):
+            for end in ("", BY_SPEED) if self.memory.schedule else ("",):
+                own = [
+                    k
+                    for k, name in enumerate(names)
+                    if name.startswith(f"{reading} below") and name.endswith("Hz" + end)
+                ]
+                direct = names.index(reading + end)
+                if own:  # the slowest filter takes out what the others have of a steady reading
+                    groups.append((own[0], [direct, *own[1:]]))
+                    used[own[0]] = False
+                else:
+                    used[direct] = False
+        return used, groups
+
+    @property
+    def dimension(self) -> int:
+        """Number of weights."""
+        return len(self._used)
+
+    def _gains(self, weights: Array) -> Array:
+        gains = np.zeros((len(weights), len(self._signs)))
+        gains[:, self._used] = weights / self._scale[self._used]
+        for slowest, others in self._groups:
+            gains[:, slowest] = -gains[:, others].sum(axis=1)
+        return gains / self.authority
+
+    def policy(self, weights: Array, about: Mapping[str, Any]) -> LearnedPolicy:
+        """Return weights as a policy."""
+        width = len(self._signs)
+        network = Network(
+            weights=(self._gains(weights[None]),),
+            biases=(np.zeros(1),),
+            activation="tanh",
+            squash="none",
+            normalization=Normalization(np.zeros(width), np.ones(width), 1e6),
+            signs=self._signs,
+        )
+        return LearnedPolicy(
+            network,
+            self.readings,
+            self.model.command_names,
+            self.model.limits,
+            "sensors",
+            self.memory,
+            self.base,
+            self.authority,
+            self.period,
+            dict(about),
+        )
+
+    def _usual(self) -> Array:
+        """Return the size (rms) that every input has under the base."""
+        controller = Population(self.policy(np.zeros(self.dimension), {}), self._gains(
+            np.zeros((1, self.dimension))))  # fmt: skip
+        rollout = Rollout(self.model, controller, self.lessons.cases, Track("low", noise=True))
+        total = np.zeros(len(self._signs))
+        steps = round(1.0 / self.period)
+        for _ in range(steps):
+            total += np.square(controller.inputs(rollout.fleet.observations)).mean(axis=0)
+            rollout.step()
+        return np.maximum(np.sqrt(total / steps), _SMALLEST_SCALE)
+
+    def start(self, aim: Aim) -> Array:
+        """Return the weights that linear models suggest."""
+        signals = [reading.signal for reading in self.readings]
+        return start_weights(
+            self.model, signals, lambda w: self.policy(w, {}), self.dimension, aim, self.period
+        )
+
+    def scores(self, candidates: Array) -> Array:
+        """Return the score of every candidate, shape (candidates,)."""
+        frame = self.policy(np.zeros(self.dimension), {})
+        controller = Population(frame, self._gains(candidates))
+        return self.lessons.scores(self.model, controller, len(candidates))
+
+    def robust(self, weights: Array) -> float:
+        """Return the robust critical speed of weights (m/s), 0 if there is none."""
+        box = {"conicity": CONICITIES}
+        found = design.robust_critical_speed(self.model, self.policy(weights, {}), box, samples=6)
+        return found.speed or 0.0

@@ -1,0 +1,108 @@
+"""Judging a policy during training, by episodes and by its linear critical speeds; extra ``rl``."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+import design
+from agents.controllers.learned import LearnedPolicy
+from agents.learning.recipe import Criterion, Evaluation
+from railenv import Equipped
+from railenv.envs.settings import Settings
+from railenv.errors import EquilibriumError
+
+HIGHEST_SPEED = 400.0
+"""m/s, up to which critical speeds are searched; a policy that never loses stability gets it.
+
+One that is unstable at the lowest speed already, or has no equilibrium there, gets zero.
+"""
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What an evaluation found.
+
+    Attributes
+    ----------
+    timesteps : int
+        Environment steps of training before it.
+    mean_return : float
+        Over the episodes, before any normalisation.
+    derailed : float
+        Share of the episodes.
+    critical_speed : float
+        m/s, linear, of the vehicle on tangent track; not a number where the criterion is another.
+    """
+
+    timesteps: int
+    mean_return: float
+    derailed: float
+    critical_speed: float = float("nan")
+
+    def score(self, criterion: Criterion) -> float:
+        """Return what the best policy has most of."""
+        return self.mean_return if criterion == "return" else self.critical_speed
+
+
+def judge(
+    model: Any,
+    env: Any,
+    policy: LearnedPolicy,
+    vehicle: Equipped,
+    how: Evaluation,
+    settings: Settings,
+) -> Judged:
+    """Evaluate a model; changes nothing of it, and draws no random number outside ``env``.
+
+    Parameters
+    ----------
+    model : BaseAlgorithm
+    env : VecEnv
+        With ``how.episodes`` vehicles, and statistics that do not change.
+    policy : LearnedPolicy
+        The model's.
+    vehicle : Equipped
+    how : Evaluation
+    settings : Settings
+        Of the environment: critical speeds are searched from its lowest speed on.
+    """
+    returns, derailed = _episodes(model, env, how.seed)
+    speed = float("nan")
+    ranges = settings.randomize if how.criterion == "robust_critical_speed" else {}
+    if how.criterion != "return":
+        corners = [dict(zip(ranges, c, strict=True)) for c in itertools.product(*ranges.values())]
+        lowest = settings.speed_range[0]
+        speed = min(
+            _critical_speed(vehicle.replace(**corner) if corner else vehicle, policy, lowest)
+            for corner in corners
+        )
+    return Judged(int(model.num_timesteps), float(returns.mean()), float(derailed.mean()), speed)
+
+
+def _episodes(model: Any, env: Any, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Run one episode in every environment; return their returns and whether they derailed."""
+    env.seed(seed)
+    observations = env.reset()
+    returns, derailed = np.full(env.num_envs, np.nan), np.zeros(env.num_envs, dtype=bool)
+    while np.isnan(returns).any():
+        actions, _ = model.predict(observations, deterministic=True)
+        observations, _, dones, infos = env.step(actions)
+        for i in np.flatnonzero(dones & np.isnan(returns)):
+            returns[i] = infos[i]["episode"]["r"]
+            derailed[i] = "derailed" in infos[i]
+    return returns, derailed
+
+
+def _critical_speed(vehicle: Equipped, policy: LearnedPolicy, lowest: float) -> float:
+    limits = (lowest, HIGHEST_SPEED)
+    try:
+        found = design.critical_speed(vehicle, controller=policy, speed_range=limits)
+    except EquilibriumError:
+        return 0.0
+    if found.speed is not None:
+        return float(found.speed)
+    return HIGHEST_SPEED if found.loss == "none" else 0.0

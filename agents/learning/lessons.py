@@ -1,0 +1,197 @@
+"""Lessons of a policy search: episodes in the environment, and what they tell of a policy.
+
+What has to die out is judged by how fast it does: an unstable vehicle shows long before its motion is
+large, and a small limit cycle counts as what it is.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agents.controllers.controller import Controller
+from agents.evaluation.nonlinear import OFFSET
+from agents.evaluation.rollout import Case, Rollout, Track
+from railenv import HIGH_SPEED_COACH, Equipped, checks
+from railenv.errors import ParameterError
+
+Array = NDArray[np.float64]
+
+TINY = 1e-8
+"""m, offset of all bodies from which small motions start, far from every limit."""
+
+_WINDOW = 0.2  # s over which the energy of a motion is read
+_EFFORT = 4.0  # of the mean squared moment (share of the limit), beside the motion on a ride
+_GROWING = 0.1  # 1/s, rate from which on a motion that grows costs 1 more
+_UNIT = 9e-3  # m, an offset whose energy is about 1: the reward measures by the flange clearance
+_NOTHING = 1e-26  # energy, as the terms of the reward measure it, below which a motion is over
+
+
+def _small() -> tuple[Case, ...]:
+    grid = [(c, v) for c in (0.05, 0.2, 0.4) for v in (20.0, 30.0, 55.0, 85.0, 120.0, 150.0)]
+    fast = [(0.4, v) for v in (157.0, 159.0, 160.0, 161.0, 162.0, 163.0, 164.0)]
+    fast += [(0.3, 162.0), (0.12, 162.0), (0.3, 100.0), (0.4, 100.0)]
+    fast += [(0.05, v) for v in (180.0, 205.0, 230.0)]
+    tangent = tuple(_tiny(v, conicity=c) for c, v in (*grid, *fast))
+    return (*tangent, *_curving(), *_poor_contact(), *_other_vehicles())
+
+
+def _tiny(speed: float, **vehicle: float) -> Case:
+    return Case(speed, offset=TINY, vehicle=vehicle)
+
+
+def _curving() -> tuple[Case, ...]:
+    runs = {
+        5000.0: (85.0, 97.0),
+        8000.0: (110.0, 125.0, 138.0),
+        12000.0: (140.0, 158.0, 172.0, 182.0),
+    }
+    return tuple(
+        Case(v, radius, 0.0873, offset=2e-4) for radius, speeds in runs.items() for v in speeds
+    )
+
+
+def _poor_contact() -> tuple[Case, ...]:
+    runs = [(0.15, 0.65, v) for v in (80.0, 160.0)] + [(0.25, 0.65, v) for v in (100.0, 160.0)]
+    runs += [(0.2, 0.65, 130.0), (0.35, 0.65, 160.0), (0.2, 0.8, 160.0), (0.3, 0.8, 170.0)]
+    return tuple(_tiny(v, conicity=c, creep_factor=k) for c, k, v in runs)
+
+
+def _other_vehicles() -> tuple[Case, ...]:
+    own = HIGH_SPEED_COACH
+    spring = own.primary_longitudinal_stiffness
+    frame = {"frame_mass": 1.07 * own.frame_mass, "frame_yaw_inertia": 1.07 * own.frame_yaw_inertia}
+    return (
+        *(
+            _tiny(v, conicity=0.05, primary_longitudinal_stiffness=0.88 * spring)
+            for v in (140.0, 165.0)
+        ),
+        _tiny(200.0, conicity=0.05, primary_longitudinal_stiffness=1.1 * spring),
+        _tiny(200.0, conicity=0.05, **frame),
+    )
+
+
+def _large() -> tuple[Case, ...]:
+    runs = [(0.05, v) for v in (140.0, 190.0, 220.0, 250.0)] + [(0.25, 110.0)]
+    return tuple(Case(v, offset=OFFSET, vehicle={"conicity": c}) for c, v in runs)
+
+
+def _rides() -> tuple[Case, ...]:
+    return tuple(Case(v, vehicle={"conicity": 0.05}) for v in (80.0, 110.0, 140.0))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lessons:
+    """Episodes by which policies are judged.
+
+    Attributes
+    ----------
+    small, large : tuple of Case
+        Runs on smooth track whose offset has to die out.
+    rides : tuple of Case
+        Runs on irregular track (ERRI B176, low), on which motion and moment are to stay small.
+    duration : float
+        s.
+    decay : float
+        Rate (1/s) at which offsets are to die out; faster earns nothing.
+    ride : float
+        Weight of the rides.
+    """
+
+    small: tuple[Case, ...] = field(default_factory=_small)
+    large: tuple[Case, ...] = field(default_factory=_large)
+    rides: tuple[Case, ...] = field(default_factory=_rides)
+    duration: float = 4.0
+    decay: float = 0.6
+    ride: float = 12.0
+
+    def __post_init__(self) -> None:
+        checks.number("duration", self.duration, low=10.0 * _WINDOW, unit="s")
+        checks.number("decay", self.decay, low=0.0, unit="1/s")
+        checks.number("weight of the rides", self.ride, low=0.0)
+        for name in ("small", "large", "rides"):
+            if not getattr(self, name):
+                raise ParameterError(f"lessons {name} is empty; a search needs one case of each")
+        if any(case.offset <= 0.0 for case in (*self.small, *self.large)):
+            raise ParameterError("a case of small or large has no offset that could die out")
+
+    @property
+    def cases(self) -> tuple[Case, ...]:
+        """All episodes; those that are not rides run on smooth track."""
+        return (*self.small, *self.large, *self.rides)
+
+    def plain(self) -> dict[str, Any]:
+        """Return everything as plain numbers and lists, for a policy's file."""
+        runs = {
+            name: [
+                [c.speed, _finite(c.radius), c.cant, c.offset, dict(c.vehicle)]
+                for c in getattr(self, name)
+            ]
+            for name in ("small", "large", "rides")
+        }
+        return {**runs, "duration": self.duration, "decay": self.decay, "ride": self.ride}
+
+    def scores(self, model: Equipped, controller: Controller, count: int = 1) -> Array:
+        """Return the scores of ``count`` policies that run side by side in one controller.
+
+        The score is minus the sum of the cubes of what rates of growth exceed ``-decay`` by, less 1 for
+        every motion that grows (in proportion below 0.1 1/s), less ``ride`` times the decimal logarithm
+        of the mean motion and moment on the rides. The rate of a case is the slope of its motion's
+        logarithm over the last half, and for small offsets not less than that over the whole: a motion
+        that has grown into a limit cycle does not count as steady.
+
+        Parameters
+        ----------
+        model : Equipped
+        controller : Controller
+            Rows of the first policy's vehicles come first, then those of the second, and so on.
+        count : int
+
+        Returns
+        -------
+        ndarray, shape (count,)
+        """
+        smooth = len(self.small) + len(self.large)
+        one = [
+            Case(c.speed, c.radius, c.cant, c.offset, c.vehicle, c.roughness * (i >= smooth))
+            for i, c in enumerate(self.cases)
+        ]
+        rollout = Rollout(model, controller, one * count, Track("low", repeats_after=len(one)))
+        window = round(_WINDOW / rollout.period)
+        windows = round(self.duration / _WINDOW)
+        energies = np.empty((windows, len(rollout.cases)))
+        ride = np.zeros(len(rollout.cases))
+        for k in range(windows):
+            energy = np.zeros(len(rollout.cases))
+            for _ in range(window):
+                rollout.step()
+                hunting, excursion, _, effort = rollout.fleet.terms[:, 1:5].T
+                energy += hunting + excursion
+                ride += hunting + excursion + _EFFORT * effort
+            energies[k] = energy / window
+        shaped = energies.reshape(windows, count, len(one))
+        rates = self._rates(shaped[:, :, :smooth])
+        cost = np.maximum(rates + self.decay, 0.0) ** 3 + np.clip(rates / _GROWING, 0.0, 1.0)
+        motion = ride.reshape(count, len(one))[:, smooth:] / (windows * window)
+        return np.asarray(-cost.sum(axis=1) - self.ride * np.log10(motion).mean(axis=1))
+
+    def _rates(self, energies: Array) -> Array:
+        """Return growth rates (1/s) from energies of shape (windows, ...)."""
+        size = 0.5 * np.log(energies + _NOTHING)
+        half = len(size) // 2
+        time = _WINDOW * np.arange(len(size) - half)
+        last = size[half:].reshape(len(time), -1)
+        rates = np.polyfit(time, last, 1)[0].reshape(size.shape[1:])
+        small = len(self.small)
+        start = np.array([np.log(case.offset / _UNIT) for case in self.small])
+        whole = (size[-1, :, :small] - start) / self.duration
+        rates[:, :small] = np.maximum(rates[:, :small], whole)
+        return np.asarray(rates)
+
+
+def _finite(radius: float) -> float | None:
+    return None if math.isinf(radius) else radius

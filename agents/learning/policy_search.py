@@ -1,0 +1,217 @@
+"""Policy search: episodes tell which of many policies is better (CMA-ES, no gradient of returns).
+
+An odd linear network on top of a base controller (:class:`agents.LearnedPolicy`) is judged by its
+returns over a fixed set of vehicles and speeds (:mod:`agents.learning.lessons`). It starts from weights
+that linear models suggest (:mod:`agents.learning.policy_start`). The covariance matrix adaptation is
+that of the package ``cma`` (extra ``rl``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agents.controllers.controller import check_single_actuator
+from agents.controllers.learned import LearnedPolicy
+from agents.controllers.memory import MemorySettings
+from agents.controllers.scheduled import CONTROL_PERIOD, ScheduledController
+from agents.learning.candidates import Candidates
+from agents.learning.lessons import Lessons
+from agents.learning.policy_start import Aim
+from railenv import Equipped
+from railenv.extras import require
+from railenv.threads import one_blas_thread
+
+if TYPE_CHECKING:
+    import control
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+MEMORY = MemorySettings(corners=(0.2, 2.0, 12.0), past_commands=2, schedule=(20.0, 240.0))
+"""What a searched policy remembers, if not told otherwise."""
+
+
+@dataclass(frozen=True)
+class Searched:
+    """Result of a policy search.
+
+    Attributes
+    ----------
+    policy : LearnedPolicy
+    mean : ndarray, shape (generations,)
+        Mean score of each generation; see :class:`Lessons`.
+    judged : ndarray, shape (n_judged, 3)
+        Generation, robust critical speed (m/s; 0 if unstable at the lowest speed) and score of the
+        search's mean policy then. The first is the policy that the search started from.
+    episodes : int
+        Episodes that were run in all.
+    """
+
+    policy: LearnedPolicy
+    mean: Array
+    judged: Array
+    episodes: int
+
+    def plot(self, ax: Axes | None = None) -> control.ControlPlot:
+        """Draw the learning curve: score and robust critical speed over the generations."""
+        from agents.learning.learning_plots import plot_search
+
+        return plot_search(self.mean, self.judged, ax)
+
+
+def search_policy(
+    model: Equipped,
+    base: ScheduledController,
+    *,
+    lessons: Lessons | None = None,
+    memory: MemorySettings | None = None,
+    aim: Aim | None = None,
+    authority: float = 0.5,
+    generations: int = 144,
+    population: int = 16,
+    spread: float = 0.01,
+    judge_every: int = 12,
+    gain: float = 0.98,
+    seed: int = 0,
+    period: float = CONTROL_PERIOD,
+    progress: bool = False,
+) -> Searched:
+    """Search a policy on top of a base controller by the returns of its episodes.
+
+    The policy is linear in the features of its memory and odd, and steady readings cancel in it, so it
+    adds nothing at rest, be it on a curve. It starts from what linear models suggest. The search moves
+    a normal distribution of weights towards the better episodes. Every few generations, and at the
+    end, its mean is judged. What comes out is, of the judged ones whose robust critical speed is by
+    ``gain`` above the base's, the one with the best score; if there are none, the most robust.
+
+    Parameters
+    ----------
+    model : Equipped
+        With a single actuator.
+    base : ScheduledController
+    lessons : Lessons, optional
+    memory : MemorySettings, optional
+        ``MEMORY`` when left out.
+    aim : Aim, optional
+        What the start is to reach in linear models.
+    authority : float
+        Largest share of the limit that the network commands.
+    generations, population : int
+    spread : float
+        Of the first generation's weights about the start, in shares of the limit for a usual input.
+    judge_every : int
+        Generations between judgements.
+    gain : float
+        m/s, by which the robust critical speed of what comes out is to be above the base's.
+    seed : int
+    period : float
+        Control period, s.
+    progress : bool
+        Show a progress bar. An interrupt (Ctrl-C) returns what was found until then.
+
+    Raises
+    ------
+    ParameterError
+        If the model has more than one actuator, or the base does not suit it.
+    MissingPackageError
+        If the package ``cma`` (extra ``rl``) is missing.
+    """
+    require("cma", "cma", "policy search")
+    check_single_actuator(model, "policy search")
+    todo = Lessons() if lessons is None else lessons
+    wanted = Aim() if aim is None else aim
+    with one_blas_thread():
+        candidates = Candidates(model, base, todo, memory or MEMORY, authority, period)
+        options = {"popsize": population, "seed": seed + 1, "verbose": -9}
+        path = _Path(candidates, wanted, spread, options)
+        path.run(generations, judge_every, progress)
+    base_reaches = candidates.robust(np.zeros(candidates.dimension))
+    chosen = _best(path.judged, base_reaches + gain)
+    about = {
+        "algorithm": "policy search, CMA-ES",
+        "lessons": todo.plain(),
+        "aim": wanted.plain(),
+        "generations": len(path.means),
+        "population": population,
+        "spread": spread,
+        "gain": gain,
+        "seed": seed,
+        "chosen": chosen.generation,
+        "means": path.means,
+        "judged": path.curve,
+    }
+    return Searched(
+        candidates.policy(chosen.weights, about),
+        np.array(path.means),
+        np.array(path.curve),
+        len(path.means) * population * len(todo.cases),
+    )
+
+
+@dataclass(frozen=True)
+class _Judged:
+    """A search's mean weights at some generation, and what they reach."""
+
+    generation: int
+    weights: Array
+    robust: float
+    score: float
+
+
+class _Path:
+    """The generations of a search (CMA-ES), and what was judged on the way."""
+
+    def __init__(
+        self, candidates: Candidates, aim: Aim, spread: float, options: dict[str, int]
+    ) -> None:
+        import cma
+
+        self.candidates = candidates
+        start = candidates.start(aim)
+        self.means: list[float] = []
+        self.judged = [self._judge(start)]
+        self._strategy = cma.CMAEvolutionStrategy(start, spread, options)
+
+    def run(self, generations: int, judge_every: int, progress: bool) -> None:
+        """Go on by some generations; an interrupt (Ctrl-C) ends them early."""
+        turns: Iterable[int] = range(1, generations + 1)
+        if progress:
+            from rich.progress import track
+
+            turns = track(turns, description="policy search", total=generations)
+        try:
+            for turn in turns:
+                self._advance(judge=turn % judge_every == 0 or turn == generations)
+        except KeyboardInterrupt:
+            pass
+
+    def _advance(self, *, judge: bool) -> None:
+        """Go on by a generation, and judge its mean if asked to."""
+        weights = np.array(self._strategy.ask())
+        scores = self.candidates.scores(weights)
+        self._strategy.tell(weights, (-scores).tolist())
+        self.means.append(float(scores.mean()))
+        if judge:
+            self.judged.append(self._judge(np.array(self._strategy.mean)))
+
+    def _judge(self, weights: Array) -> _Judged:
+        score = float(self.candidates.scores(weights[None])[0])
+        return _Judged(len(self.means), weights.copy(), self.candidates.robust(weights), score)
+
+    @property
+    def curve(self) -> list[list[float]]:
+        """Generation, robust critical speed (m/s) and score of each judged mean."""
+        return [[row.generation, row.robust, row.score] for row in self.judged]
+
+
+def _best(judged: list[_Judged], wanted: float) -> _Judged:
+    """Return the one of the best score of those as robust as wanted (m/s), else the most robust."""
+    enough = [row for row in judged if row.robust >= wanted]
+    if enough:
+        return max(enough, key=lambda row: row.score)
+    return max(judged, key=lambda row: row.robust)

@@ -1,0 +1,1 @@
+"""Tuning of controllers on families of linear plants."""

@@ -1,0 +1,286 @@
+"""Limit cycles: one, a branch of them, and the points where its stability changes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from design.cycles.periodic import CONDITIONS, Setting
+from design.stability.loss import CriticalSpeed
+from railenv.errors import RailenvError
+
+if TYPE_CHECKING:
+    import control
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+Kind = Literal["fold", "torus", "period doubling", "symmetry breaking", "branch point"]
+
+
+class CycleError(RailenvError):
+    """No periodic motion was found to start a branch from."""
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """A periodic motion.
+
+    Attributes
+    ----------
+    speed, curvature, cant : float
+        m/s, 1/m, rad.
+    value : float
+        The parameter that the branch varies.
+    period : float
+        s.
+    states : ndarray, shape (steps + 1, n_states)
+        The motion at equal intervals over one period; the last row repeats the first.
+    amplitudes : ndarray, shape (n_states,)
+        Half the distance from peak to peak of every state.
+    multipliers : ndarray, shape (n_states - n_trivial,)
+        Floquet multipliers, the largest first, without the trivial one.
+    trivial_error : float
+        How far the motion's own direction is from being carried into itself over a period (the
+        trivial multiplier from 1): how accurately the period and its derivatives were integrated.
+    tangent, scale : ndarray
+        Direction of the branch and its unit of length, from which it can be continued.
+    state_names : tuple of str
+    """
+
+    speed: float
+    curvature: float
+    cant: float
+    value: float
+    period: float
+    states: Array
+    amplitudes: Array
+    multipliers: NDArray[np.complex128]
+    trivial_error: float
+    tangent: Array
+    scale: Array
+    orientation: int
+    state_names: tuple[str, ...]
+
+    @property
+    def frequency(self) -> float:
+        """Hz."""
+        return 1.0 / self.period
+
+    @property
+    def stable(self) -> bool:
+        """Whether all multipliers but the trivial one lie inside the unit circle."""
+        return bool(self.multipliers.size == 0 or abs(self.multipliers[0]) < 1.0)
+
+    @property
+    def time(self) -> Array:
+        """Times (s) of the rows of ``states``."""
+        return np.linspace(0.0, self.period, len(self.states))
+
+    @property
+    def amplitude(self) -> dict[str, float]:
+        """Amplitude of every state, by its name."""
+        return dict(zip(self.state_names, self.amplitudes.tolist(), strict=True))
+
+    def plot(
+        self, states: tuple[str, str] | None = None, ax: Axes | None = None
+    ) -> control.ControlPlot:
+        """Draw the motion in the plane of two states (by default the first and its rate)."""
+        from design.cycles.cycle_plots import plot_cycle
+
+        return plot_cycle(self, states, ax)
+
+
+@dataclass(frozen=True)
+class SpecialPoint:
+    """A point of a branch where its stability or its direction changes.
+
+    Attributes
+    ----------
+    kind : {"fold", "torus", "period doubling", "symmetry breaking", "branch point"}
+        Torus is a Neimark-Sacker point; "symmetry breaking" is a branch point of a motion that is
+        its own mirror image half a period later.
+    cycle : Cycle
+        The motion there.
+    multiplier : complex
+        The Floquet multiplier on the unit circle.
+    precision : float
+        Length of the interval of the parameter in which the point is known to lie.
+    """
+
+    kind: Kind
+    cycle: Cycle
+    multiplier: complex
+    precision: float
+
+    @property
+    def value(self) -> float:
+        """The parameter there."""
+        return self.cycle.value
+
+    def __str__(self) -> str:
+        return f"{self.kind} at {self.value:.6g}, {self.cycle.frequency:.4f} Hz"
+
+
+@dataclass(frozen=True)
+class CycleBranch:
+    """A branch of periodic motions.
+
+    Attributes
+    ----------
+    cycles : tuple of Cycle
+        In the order of the branch.
+    special : tuple of SpecialPoint
+        In the order of the branch.
+    ended : str
+        Why the branch ends where it does.
+    complete : bool
+        Whether it ends where it was meant to (end of the range or of the number of points, or an
+        equilibrium), not by failure or interruption.
+    hopf : CriticalSpeed or None
+        Where it starts, if it does so at a Hopf point.
+    setting : Setting
+        Model, running conditions and parameter.
+    step : float
+        Length of the step with which it would go on.
+    """
+
+    cycles: tuple[Cycle, ...]
+    special: tuple[SpecialPoint, ...]
+    ended: str
+    complete: bool
+    hopf: CriticalSpeed | None
+    setting: Setting
+    step: float
+
+    def __len__(self) -> int:
+        return len(self.cycles)
+
+    @property
+    def parameter(self) -> str:
+        """Name of the parameter that varies along the branch."""
+        return self.setting.parameter
+
+    @property
+    def model_name(self) -> str:
+        """Name of the model."""
+        return self.setting.model.name
+
+    @property
+    def value(self) -> Array:
+        """The parameter at every point."""
+        return np.array([c.value for c in self.cycles])
+
+    @property
+    def speed(self) -> Array:
+        """Speed (m/s) at every point."""
+        return np.array([c.speed for c in self.cycles])
+
+    @property
+    def period(self) -> Array:
+        """Period (s) at every point."""
+        return np.array([c.period for c in self.cycles])
+
+    @property
+    def frequency(self) -> Array:
+        """Frequency (Hz) at every point."""
+        return 1.0 / self.period
+
+    @property
+    def amplitude(self) -> Mapping[str, Array]:
+        """Amplitude (half peak to peak) at every point, by state."""
+        table = np.array([c.amplitudes for c in self.cycles]).T
+        return dict(zip(self.setting.model.state_names, table, strict=True))
+
+    @property
+    def multipliers(self) -> NDArray[np.complex128]:
+        """Floquet multipliers without the trivial one, shape (points, n_states - n_trivial)."""
+        return np.array([c.multipliers for c in self.cycles])
+
+    @property
+    def trivial_error(self) -> Array:
+        """Distance of the trivial multiplier from 1 at every point."""
+        return np.array([c.trivial_error for c in self.cycles])
+
+    @property
+    def stable(self) -> NDArray[np.bool_]:
+        """Whether the motion is stable, at every point."""
+        return np.array([c.stable for c in self.cycles])
+
+    @property
+    def folds(self) -> tuple[SpecialPoint, ...]:
+        """The folds of the branch."""
+        return tuple(s for s in self.special if s.kind == "fold")
+
+    @property
+    def nonlinear_critical_speed(self) -> float | None:
+        """Lowest speed (m/s) at which the branch turns back upwards; None where it does not.
+
+        Below it no hunting of this branch exists, above it a large enough disturbance starts it.
+        """
+        if self.parameter != "speed":
+            return None
+        lowest = [s.value for s in self.folds if self._is_minimum(s)]
+        return min(lowest, default=None)
+
+    def _is_minimum(self, fold: SpecialPoint) -> bool:
+        near = np.argsort(np.abs(self.value - fold.value))[:4]
+        return bool(self.value[near].mean() > fold.value)
+
+    def at(self, value: float, *, stable: bool | None = None) -> tuple[Cycle, ...]:
+        """Return the computed motions next to where the branch passes a value of the parameter.
+
+        One for each passage; ``stable`` keeps only those that are stable, or not.
+        """
+        side = self.value - value
+        found = []
+        for i in np.flatnonzero(side[:-1] * side[1:] <= 0.0):
+            cycle = self.cycles[i if abs(side[i]) <= abs(side[i + 1]) else i + 1]
+            if (stable is None or cycle.stable == stable) and cycle not in found:
+                found.append(cycle)
+        return tuple(found)
+
+    def summary(self) -> dict[str, Any]:
+        """Return the branch as plain numbers and strings, ready for JSON."""
+        return {
+            "model": self.model_name,
+            "parameter": self.parameter,
+            "value": self.value.tolist(),
+            "speed": self.speed.tolist(),
+            "frequency": self.frequency.tolist(),
+            "stable": self.stable.tolist(),
+            "amplitude": {k: v.tolist() for k, v in self.amplitude.items()},
+            "special": [
+                {"kind": s.kind, "value": s.value, "frequency": s.cycle.frequency} for s in self.special
+            ],
+            "nonlinear_critical_speed": self.nonlinear_critical_speed,
+            "ended": self.ended,
+        }
+
+    def __str__(self) -> str:
+        low, high = float(self.value.min()), float(self.value.max())
+        text = f"{len(self)} limit cycles, {self.parameter} {low:.4g} to {high:.4g}"
+        if self.nonlinear_critical_speed is not None:
+            text += f"; fold at {self.nonlinear_critical_speed:.4f} m/s"
+        return text
+
+    def plot(
+        self, state: str | None = None, ax: Axes | None = None, clearance: float | None = None
+    ) -> control.ControlPlot:
+        """Draw the bifurcation diagram: amplitude of a state (the first) over the parameter.
+
+        ``clearance`` (m) is drawn as a line; the model's own flange clearance when left out.
+        """
+        from design.cycles.cycle_plots import plot_branch
+
+        return plot_branch(self, state, ax, clearance)
+
+
+def value_of(setting: Setting, cycle: Cycle) -> float:
+    """Return the value that the parameter of a setting has where a motion was computed."""
+    if setting.parameter in CONDITIONS:
+        return float(getattr(cycle, setting.parameter))
+    return setting.model.parameters[setting.parameter]

@@ -1,0 +1,397 @@
+"""The boundary value problem of a periodic motion, solved by single shooting.
+
+A period is integrated by a fixed number of Runge-Kutta steps. The unknowns are the state at its start,
+its length and one parameter; Newton's method uses the exact derivatives of those very steps
+(``rk4_sensitivity`` of the kernels), so it converges quadratically and the Floquet multipliers
+belong to the motion that was computed.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.lapack import dgesv, dgetrs
+
+from railenv import checks
+from railenv.errors import ParameterError
+from railenv.models import Model
+
+Array = NDArray[np.float64]
+Factors = tuple[Array, NDArray[np.int32]]  # triangular factors and pivots, as LAPACK returns them
+
+CONDITIONS = ("speed", "curvature", "cant")
+
+STEPS_PER_PERIOD = 400
+"""Fewest Runge-Kutta steps of a period."""
+
+STEP_PER_MODE = 1.0
+"""Longest step in units of 1/|eigenvalue| of the fastest mode, a third of what is stable."""
+
+_NEWTON_TOLERANCE = 1e-7  # last correction, in units of ``scale``; what is left is its square
+_NEWTON_STEPS = 10
+_FARTHEST_CORRECTION = 30.0
+_CHORD, _CHORD_STEPS = 0.05, 5  # correction from which on the derivatives are kept, and how often
+_CHORD_TOLERANCE, _CONTRACTION = 1e-9, 0.3
+_SPEED_UNIT = 0.1  # of the speed: one unit of arclength
+_PERIOD_UNIT = 0.5  # of the period
+_STILL = 1e-7  # amplitude, in units of the model's scale, below which a part does not oscillate
+
+
+class NoCycle(Exception):
+    """Newton's method does not converge to a periodic motion."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Everything that a periodic motion depends on, and the parameter that is varied.
+
+    Attributes
+    ----------
+    model : Model
+    parameter : str
+        "speed", "curvature", "cant" or a parameter of the model.
+    speed, curvature, cant : float
+        m/s, 1/m, rad; that of them which is the parameter does not matter.
+    inputs : ndarray, shape (n_inputs,)
+    unit : float or None
+        Change of the parameter that is one unit of arclength; None is a tenth of its value.
+    """
+
+    model: Model
+    parameter: str
+    speed: float
+    curvature: float
+    cant: float
+    inputs: Array
+    unit: float | None = None
+
+    def __post_init__(self) -> None:
+        checks.known("parameter", [self.parameter], [*CONDITIONS, *self.model.parameters])
+
+    def conditions(self, value: float) -> tuple[float, float, float]:
+        """Return speed, curvature and cant where the parameter has a value."""
+        held = {"speed": self.speed, "curvature": self.curvature, "cant": self.cant}
+        if self.parameter in held:
+            held[self.parameter] = value
+        return held["speed"], held["curvature"], held["cant"]
+
+    def unit_at(self, value: float) -> float:
+        """Return the change of the parameter that is one unit of arclength."""
+        return self.unit if self.unit is not None else _SPEED_UNIT * abs(value)
+
+    def model_at(self, value: float) -> Model:
+        """Return the model with the parameter at a value, where it is one of the model's own."""
+        if self.parameter in CONDITIONS:
+            return self.model
+        return self.model.replace(**{self.parameter: value})
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One period: states (rows), and derivatives of the last by the first, the period and the value."""
+
+    states: Array
+    derivatives: Array
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A periodic motion with its linearisation, as the continuation needs it.
+
+    Attributes
+    ----------
+    z : ndarray, shape (n_states + 2,)
+        State at the start of the period, period (s), value of the parameter.
+    tangent : ndarray, shape (n_states + 2,)
+        Unit tangent of the branch, divided by ``scale``.
+    scale : ndarray, shape (n_states + 2,)
+        What one unit of arclength is here.
+    states : ndarray, shape (steps + 1, n_states)
+        The motion over one period, at equal intervals.
+    monodromy : ndarray, shape (n_states, n_states)
+    newton_steps : int
+    orientation : int
+        Sign of the determinant of the bordered system; it changes at a branch point, not at a fold.
+        0 where there is more than one phase condition.
+    """
+
+    z: Array
+    tangent: Array
+    scale: Array
+    states: Array
+    monodromy: Array
+    newton_steps: int
+    orientation: int
+
+
+class Shooting:
+    """Integrates periods of a model, with exact derivatives.
+
+    Parameters
+    ----------
+    setting : Setting
+    steps : int
+        Runge-Kutta steps of one period.
+    """
+
+    def __init__(self, setting: Setting, steps: int) -> None:
+        self.setting = setting
+        model = setting.model
+        self.n = model.n_states
+        self._kernels = model.kernels()
+        layout = self._kernels.LAYOUT
+        self._layout = layout
+        self._w = np.zeros(layout.all_rows)
+        self._w[layout.p : layout.dx], self._t = model.rows()
+        self._w[layout.u : layout.c] = setting.inputs
+        self._cells = _columns(self._kernels.CELLS)
+        self._parameter_cells = _columns(self._kernels.PARAMETER_CELLS)
+        self._directions = np.zeros((model.n_inputs + 3, 1))
+        self._parameter_directions = np.zeros((len(model.parameters), 1))
+        self._own = setting.parameter not in CONDITIONS
+        if self._own:
+            self._index = list(model.parameters).index(setting.parameter)
+            self._parameter_directions[self._index] = 1.0
+        else:
+            self._directions[model.n_inputs + CONDITIONS.index(setting.parameter)] = 1.0
+        self.steps = steps
+
+    def _set(self, x: Array, value: float) -> None:
+        self._w[: self.n] = x
+        self._w[self._layout.c : self._layout.p] = self.setting.conditions(value)
+        if self._own:
+            self._w[self._layout.p + self._index] = value
+
+    def slope(self, x: Array, value: float) -> Array:
+        """Return the time derivatives of a state."""
+        self._set(x, value)
+        self._kernels.rhs(self._w, self._t)
+        return self._w[self._layout.dx : self._layout.work].copy()
+
+    def fastest(self, x: Array, value: float) -> float:
+        """Return the largest magnitude (1/s) of the eigenvalues at a state."""
+        self._set(x, value)
+        full = np.zeros((self.n, self.n + len(self._directions)))
+        self._kernels.dense_jacobian(self._w, self._t, *self._cells, full)
+        return float(np.abs(np.linalg.eigvals(full[:, : self.n])).max())
+
+    def shoot(self, x: Array, period: float, value: float) -> Shot:
+        """Integrate one period with its derivatives."""
+        self._set(x, value)
+        mesh = np.linspace(0.0, 1.0, self.steps + 1)
+        derivatives = np.empty((self.n, self.n + 2))
+        states = np.empty((self.steps + 1, self.n))
+        if self._own:
+            self._kernels.rk4_parameter_sensitivity(
+                self._w,
+                self._t,
+                period,
+                mesh,
+                self._cells,
+                self._directions,
+                self._parameter_cells,
+                self._parameter_directions,
+                derivatives,
+                states,
+            )
+        else:
+            self._kernels.rk4_sensitivity(
+                self._w, self._t, period, mesh, self._cells, self._directions, derivatives, states
+            )
+        return Shot(states, derivatives)
+
+    def end(self, x: Array, period: float, value: float) -> Array:
+        """Return the state after one period, without derivatives: a twentieth of the time."""
+        self._set(x, value)
+        self._kernels.rk4_hold(self._w, self._t, period / self.steps, self.steps)
+        return self._w[: self.n].copy()
+
+    def parts(self, states: Array) -> tuple[NDArray[np.intp], ...]:
+        """Return the uncoupled parts of the model (their states) that oscillate in a motion.
+
+        Each of them may be shifted in phase by itself, so each needs a phase condition.
+        """
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+
+        rows, columns = self._cells[:, self._cells[1] < self.n]
+        graph = coo_array((np.ones(len(rows)), (rows, columns)), shape=(self.n, self.n))
+        _, label = connected_components(graph, directed=False)
+        swing = np.ptp(states, axis=0) / self.setting.model.scale
+        parts = [np.flatnonzero(label == k) for k in np.unique(label)]
+        return tuple(part for part in parts if swing[part].max() > _STILL)
+
+
+def _columns(cells: tuple[tuple[int, int], ...]) -> NDArray[np.int64]:
+    return np.ascontiguousarray(np.array(cells, dtype=np.int64).reshape(-1, 2).T)
+
+
+def steps_for(shooting: Shooting, x: Array, period: float, value: float) -> int:
+    """Return the number of Runge-Kutta steps that a period needs about a state."""
+    stable = period * shooting.fastest(x, value) / STEP_PER_MODE
+    return max(STEPS_PER_PERIOD, math.ceil(stable))
+
+
+def half_peak_to_peak(states: Array) -> Array:
+    """Return the amplitude of every state over a period, its peaks refined by parabolas."""
+    return (_peaks(states) + _peaks(-states)) / 2.0
+
+
+def _peaks(states: Array) -> Array:
+    samples = states[:-1]  # the last repeats the first
+    at = np.argmax(samples, axis=0)
+    column = np.arange(samples.shape[1])
+    before, here, after = (samples[(at + k) % len(samples), column] for k in (-1, 0, 1))
+    bend = before - 2.0 * here + after
+    rise = (before - after) ** 2 / np.where(bend < 0.0, -8.0 * bend, np.inf)
+    return np.asarray(here + rise)
+
+
+class PeriodicProblem:
+    """Newton's method for periodic motions along a branch.
+
+    Parameters
+    ----------
+    shooting : Shooting
+    reference : ndarray, shape (steps + 1, n_states)
+        A motion near the one sought, whose start fixes the phase.
+    value : float
+        The parameter there.
+    """
+
+    def __init__(self, shooting: Shooting, reference: Array, value: float) -> None:
+        self.shooting = shooting
+        self.n = shooting.n
+        self.parts = shooting.parts(reference)
+        self.set_reference(reference, value)
+        if not self.parts:
+            raise ParameterError("the motion to start from does not oscillate")
+
+    def set_reference(self, states: Array, value: float) -> None:
+        """Fix the phase of the next motions by the start of this one."""
+        self._start = states[0].copy()
+        self._slope = self.shooting.slope(self._start, value)
+
+    def scale(self, amplitude: Array, period: float, value: float) -> Array:
+        """Return what one unit of arclength is near a motion.
+
+        For a state, the model's typical magnitude plus the amplitude (in root mean square).
+        """
+        setting = self.shooting.setting
+        states = math.sqrt(self.n) * (setting.model.scale + amplitude)
+        return np.concatenate([states, [_PERIOD_UNIT * period, setting.unit_at(value)]])
+
+    def solve(self, guess: Array, normal: Array, scale: Array) -> Solution:
+        """Find the periodic motion in the hyperplane through ``guess`` with a normal.
+
+        Parameters
+        ----------
+        guess, normal, scale : ndarray, shape (n_states + 2,)
+            As in Solution; the tangent found points to the side of ``normal``.
+
+        Raises
+        ------
+        NoCycle
+            If Newton's method does not converge.
+        """
+        n, z = self.n, guess.copy()
+        right = np.zeros((n + 1 + len(self.parts), 2))
+        right[-1, 1] = 1.0  # the second solution is the tangent
+        for steps in range(1, _NEWTON_STEPS + 1):
+            if not (z[n] > 0.0 and np.isfinite(z).all()):
+                raise NoCycle
+            shot = self.shooting.shoot(z[:n], float(z[n]), float(z[n + 1]))
+            matrix = self._bordered(shot, scale, normal)
+            right[:, 0] = self._residual(shot.states[-1], z, guess, normal, scale)
+            if not (np.isfinite(matrix).all() and np.isfinite(right).all()):
+                raise NoCycle
+            solution, factors = _solved(matrix, right)
+            change = solution[:, 0]
+            size = float(np.abs(change).max())
+            if not size < _FARTHEST_CORRECTION:
+                raise NoCycle
+            z = z - change * scale
+            if size < _NEWTON_TOLERANCE:
+                return self._solution(z, solution[:, 1], scale, shot, (steps, _orientation(factors)))
+            if size < _CHORD and factors is not None:
+                z = self._refined(z, factors, (guess, normal, scale))
+        raise NoCycle
+
+    def _refined(self, z: Array, factors: Factors, plane: tuple[Array, Array, Array]) -> Array:
+        """Correct further with the derivatives at hand: steps that need no new ones cost little."""
+        last = math.inf
+        for _ in range(_CHORD_STEPS):
+            end = self.shooting.end(z[: self.n], float(z[self.n]), float(z[self.n + 1]))
+            right = self._residual(end, z, *plane)
+            if not np.isfinite(right).all():
+                return z
+            change, _ = dgetrs(*factors, right)
+            size = float(np.abs(change).max())
+            if not size < _CONTRACTION * last:
+                return z
+            z, last = z - change * plane[2], size
+            if size < _CHORD_TOLERANCE:
+                return z
+        return z
+
+    def _residual(self, end: Array, z: Array, guess: Array, normal: Array, scale: Array) -> Array:
+        """Return by how much closure, phase and arclength are missed, in units of ``scale``."""
+        n = self.n
+        closure = (end - z[:n]) / scale[:n]
+        phases = self._phases(scale) @ ((z[:n] - self._start) / scale[:n])
+        return np.concatenate([closure, phases, [normal @ ((z - guess) / scale)]])
+
+    def _phases(self, scale: Array) -> Array:
+        """Return the normals of the phase conditions, one for each oscillating part."""
+        rows = np.zeros((len(self.parts), self.n))
+        for row, part in zip(rows, self.parts, strict=True):
+            row[part] = self._slope[part] / scale[part]
+            row /= np.linalg.norm(row)
+        return rows
+
+    def _bordered(self, shot: Shot, scale: Array, normal: Array) -> Array:
+        n = self.n
+        matrix = np.zeros((n + 1 + len(self.parts), n + 2))
+        matrix[:n] = shot.derivatives
+        matrix[:n, :n] -= np.eye(n)
+        matrix[:n] *= scale
+        matrix[:n] /= scale[:n, None]
+        matrix[n:-1, :n] = self._phases(scale)
+        matrix[-1] = normal
+        return matrix
+
+    def _solution(
+        self, z: Array, along: Array, scale: Array, shot: Shot, found: tuple[int, int]
+    ) -> Solution:
+        shot.states[[0, -1]] = z[: self.n]  # the last correction, too small to integrate again
+        amplitude = half_peak_to_peak(shot.states)
+        here = self.scale(amplitude, float(z[self.n]), float(z[self.n + 1]))
+        tangent = along * scale / here
+        tangent /= np.linalg.norm(tangent)
+        return Solution(z, tangent, here, shot.states, shot.derivatives[:, : self.n].copy(), *found)
+
+
+def _solved(matrix: Array, right: Array) -> tuple[Array, Factors | None]:
+    """Solve a square system, or one with more (consistent) phase conditions by least squares.
+
+    Returns the solution and the factors of the matrix (None for least squares).
+    """
+    if matrix.shape[0] > matrix.shape[1]:
+        return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0]), None
+    factors, pivots, solution, singular = dgesv(matrix, right)
+    if singular:
+        raise NoCycle
+    return np.asarray(solution), (factors, pivots)
+
+
+def _orientation(factors: Factors | None) -> int:
+    """Return the sign of the determinant from the factors of a matrix, 0 without them."""
+    if factors is None:
+        return 0
+    triangle, pivots = factors
+    swaps = np.count_nonzero(pivots != np.arange(len(pivots)))
+    negative = np.count_nonzero(np.diag(triangle) < 0.0)
+    return -1 if (swaps + negative) % 2 else 1

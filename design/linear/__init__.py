@@ -1,0 +1,1 @@
+"""Linear models: equilibria, linearisation, reduction, regulators."""

@@ -1,0 +1,65 @@
+"""What stability is judged by at an equilibrium: the vehicle alone, or under a sampled controller."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from design.loop.sampled import SampledDynamics
+from railenv.equilibrium import Point
+from railenv.errors import ParameterError
+from railenv.models import Model
+
+Complex = NDArray[np.complex128]
+Conditions = tuple[float, float, float]
+"""Speed (m/s), curvature (1/m), cant (rad)."""
+
+
+class Dynamics(Protocol):
+    """Linear dynamics at the points of a branch of a vehicle's equilibria."""
+
+    @property
+    def period(self) -> float | None:
+        """Control period, s; None for a vehicle alone."""
+
+    def eigenvalues(self, point: Point, conditions: Conditions) -> Complex:
+        """Return the eigenvalues, 1/s."""
+
+    def modes(self, point: Point, conditions: Conditions) -> tuple[Complex, Complex]:
+        """Return eigenvalues (1/s) and eigenvectors, whose first entries are the vehicle's states."""
+
+
+class OpenLoop:
+    """A vehicle without a controller, in continuous time."""
+
+    period: float | None = None
+
+    def eigenvalues(self, point: Point, conditions: Conditions) -> Complex:
+        """Return the eigenvalues of the vehicle's Jacobian, 1/s."""
+        return np.linalg.eigvals(point.jacobian[:, : len(point.state)]).astype(complex)
+
+    def modes(self, point: Point, conditions: Conditions) -> tuple[Complex, Complex]:
+        """Return the eigenvalues (1/s) and eigenvectors of the vehicle's Jacobian."""
+        values, vectors = np.linalg.eig(point.jacobian[:, : len(point.state)])
+        return values.astype(complex), vectors.astype(complex)
+
+
+def dynamics(model: Model, controller: Any | None, period: float | None, memory: int = 0) -> Dynamics:
+    """Return the dynamics of a model, alone (controller None) or sampled under a controller.
+
+    ``memory`` is for how many periods commands are states of the sampled map at least.
+
+    Raises
+    ------
+    ParameterError
+        If a period is given without a controller, or the controller does not suit the model.
+    """
+    if controller is None:
+        if period is not None:
+            raise ParameterError(
+                f"period is {period!r} s without a controller; give one, or leave it out"
+            )
+        return OpenLoop()
+    return SampledDynamics(model, controller, period=period, memory=memory)

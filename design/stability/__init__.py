@@ -1,0 +1,1 @@
+"""Where steady running is stable: critical speeds, modes, loci, boxes of vehicles."""

@@ -1,0 +1,253 @@
+"""How steady running loses stability: what is found, and what kind of Hopf point it is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from design.stability.mode_shape import ModeShape
+from railenv.models import Model
+
+if TYPE_CHECKING:
+    import control
+    from matplotlib.axes import Axes
+
+
+Loss = Literal["hunting", "divergence", "fold", "end", "none", "unstable at start"]
+Criticality = Literal["supercritical", "subcritical", "neutral"]
+
+_NEUTRAL = 2e-4  # change of speed between them, relative, below which the branch stands upright
+
+
+@dataclass(frozen=True)
+class CriticalSpeed:
+    """Where, and how, steady running loses stability.
+
+    Attributes
+    ----------
+    loss : {"hunting", "divergence", "fold", "end", "none", "unstable at start"}
+        "fold": the equilibrium turns back in a fold and there is none beyond. "end": it ends where the
+        equations jump, as they do when a wheel lifts. "none": stable over the whole range.
+    speed : float or None
+        Critical speed, m/s; None for "none" and "unstable at start".
+    frequency : float or None
+        Hunting frequency, Hz; None unless the critical mode oscillates.
+    state : ndarray or None, shape (n_states,)
+        Equilibrium at the critical speed (for "unstable at start", at the start of the range).
+    eigenvalue : complex or None
+        The critical eigenvalue (imaginary part not negative), 1/s.
+    mode : ndarray or None, shape (n_states,)
+        Its eigenvector, scaled so that its largest displacement is 1. Of a multiple eigenvalue, one
+        of its eigenvectors.
+    multiplicity : int
+        Number of eigenvalues equal to the critical one; 2 for the dual wheelset, else usually 1.
+    speed_range : (float, float)
+        Range searched, m/s.
+    radius, cant : float
+        m (``math.inf`` on tangent track), rad.
+    model_name : str
+    state_names : tuple of str
+    inputs : ndarray, shape (n_inputs,)
+        Constant inputs.
+    period : float or None
+        Control period (s) of a closed loop; None for the vehicle alone. The eigenvalue of a closed loop
+        is that of its map over a period, as one in continuous time.
+    """
+
+    loss: Loss
+    speed: float | None
+    frequency: float | None
+    state: NDArray[np.float64] | None
+    eigenvalue: complex | None
+    mode: NDArray[np.complex128] | None
+    multiplicity: int
+    speed_range: tuple[float, float]
+    radius: float
+    cant: float
+    model_name: str
+    state_names: tuple[str, ...]
+    inputs: NDArray[np.float64]
+    period: float | None
+    _model: Model = field(repr=False, compare=False)
+
+    @cached_property
+    def hopf(self) -> HopfPoint | None:
+        """Normal form and direction of the branch where stability is lost by hunting, else None.
+
+        Computed when first asked for, in about a second. None for a closed loop: a map in discrete time
+        has no Hopf point of this kind.
+        """
+        if self.loss != "hunting" or self.period is not None:
+            return None
+        assert _hopf_analysis is not None, "design.cycles.hopf gives it when design is imported"
+        return _hopf_analysis(self._model, self)
+
+    @property
+    def criticality(self) -> Criticality | None:
+        """Whether hunting grows gently ("supercritical") or jumps ("subcritical").
+
+        "neutral" is neither; None where stability is not lost by hunting. See
+        :class:`design.HopfPoint`.
+        """
+        return None if self.hopf is None else self.hopf.criticality
+
+    @property
+    def wavelength(self) -> float | None:
+        """Length of track (m) covered in one period of hunting."""
+        if self.speed is None or self.frequency is None:
+            return None
+        return self.speed / self.frequency
+
+    def summary(self) -> dict[str, Any]:
+        """Return everything but the mode as plain numbers and strings, ready for JSON."""
+        named = (
+            None
+            if self.state is None
+            else dict(zip(self.state_names, self.state.tolist(), strict=True))
+        )
+        return {
+            "loss": self.loss,
+            "speed": self.speed,
+            "frequency": self.frequency,
+            "wavelength": self.wavelength,
+            "multiplicity": self.multiplicity,
+            "speed_range": list(self.speed_range),
+            "radius": None if math.isinf(self.radius) else self.radius,
+            "cant": self.cant,
+            "equilibrium": named,
+        }
+
+    def __str__(self) -> str:
+        low, high = self.speed_range
+        if self.loss == "none":
+            return f"stable from {low:g} to {high:g} m/s"
+        if self.speed is None:
+            return f"unstable already at {low:g} m/s"
+        if self.loss == "fold":
+            return f"the running equilibrium ends in a fold at {self.speed:.4f} m/s"
+        if self.loss == "end":
+            return f"the running equilibrium ends at {self.speed:.4f} m/s, as where a wheel lifts"
+        at = f" at {self.frequency:.4f} Hz" if self.frequency is not None else ""
+        return f"{self.loss} from {self.speed:.4f} m/s{at}"
+
+    @property
+    def mode_shape(self) -> ModeShape | None:
+        """The critical mode as an object that draws and animates itself; None where there is none."""
+        if self.mode is None or self.eigenvalue is None:
+            return None
+        return ModeShape.of(self._model, self.mode, self.eigenvalue, str(self))
+
+    def plot(self, ax: Axes | None = None) -> control.ControlPlot:
+        """Draw the critical mode: magnitude and phase of every displacement."""
+        from design.stability.critical_speed_plots import plot_mode
+
+        return plot_mode(self, ax)
+
+
+@dataclass(frozen=True)
+class HopfPoint:
+    """A Hopf point with its normal form.
+
+    Attributes
+    ----------
+    critical : CriticalSpeed
+        Speed, frequency, equilibrium and mode.
+    lyapunov_coefficient : float or None
+        First Lyapunov coefficient as Kuznetsov defines it (eigenvector of length 1 in SI units, divided
+        by the angular frequency); negative is supercritical. None where the equations are not
+        smooth enough for it to exist.
+    amplitude_range : float or None
+        Amplitude (m, of the mode's largest displacement) up to which the coefficient holds within 10 %.
+    branch_amplitudes : (float, float)
+        Amplitudes (m) between which the direction of the branch was judged.
+    branch_speeds : (float, float)
+        Speeds of the limit cycles (m/s) with these amplitudes.
+    criticality : {"supercritical", "subcritical", "neutral"}
+        From the branch: its speed rises, falls, or changes by less than 0.02 % with the amplitude.
+    """
+
+    critical: CriticalSpeed
+    lyapunov_coefficient: float | None
+    amplitude_range: float | None
+    branch_amplitudes: tuple[float, float]
+    branch_speeds: tuple[float, float]
+
+    @property
+    def speed(self) -> float:
+        """Critical speed, m/s."""
+        assert self.critical.speed is not None
+        return self.critical.speed
+
+    @property
+    def frequency(self) -> float:
+        """Hunting frequency, Hz."""
+        assert self.critical.frequency is not None
+        return self.critical.frequency
+
+    @property
+    def state(self) -> NDArray[np.float64]:
+        """Running equilibrium at the critical speed, shape (n_states,)."""
+        assert self.critical.state is not None
+        return self.critical.state
+
+    @property
+    def criticality(self) -> Criticality:
+        """What the branch of limit cycles does at amplitudes that can be seen."""
+        low, high = self.branch_speeds
+        if abs(high - low) < _NEUTRAL * self.speed:
+            return "neutral"
+        return "supercritical" if high > low else "subcritical"
+
+    @property
+    def normal_form_criticality(self) -> Literal["supercritical", "subcritical"] | None:
+        """What the first Lyapunov coefficient says of small amplitudes; None without it."""
+        if self.lyapunov_coefficient is None:
+            return None
+        return "supercritical" if self.lyapunov_coefficient < 0.0 else "subcritical"
+
+    def summary(self) -> dict[str, Any]:
+        """Return everything but the mode as plain numbers and strings, ready for JSON."""
+        return {
+            **self.critical.summary(),
+            "criticality": self.criticality,
+            "branch_amplitudes": list(self.branch_amplitudes),
+            "branch_speeds": list(self.branch_speeds),
+            "lyapunov_coefficient": self.lyapunov_coefficient,
+            "normal_form_criticality": self.normal_form_criticality,
+            "amplitude_range": self.amplitude_range,
+        }
+
+    def __str__(self) -> str:
+        small, large = (1e3 * a for a in self.branch_amplitudes)
+        text = f"{self.critical}; {self.criticality} from {small:.2g} to {large:.2g} mm"
+        if self.amplitude_range is None:
+            return f"{text}; no first Lyapunov coefficient"
+        return (
+            f"{text}; first Lyapunov coefficient {self.lyapunov_coefficient:.4g} up to "
+            f"{1e3 * self.amplitude_range:.2g} mm"
+        )
+
+    def plot(self, ax: Axes | None = None) -> control.ControlPlot:
+        """Draw the critical mode: magnitude and phase of every displacement."""
+        return self.critical.plot(ax)
+
+
+HopfAnalysis = Callable[[Model, CriticalSpeed], HopfPoint]
+
+_hopf_analysis: HopfAnalysis | None = None
+
+
+def analyse_hopf_points_by(analysis: HopfAnalysis) -> HopfAnalysis:
+    """Say what computes :attr:`CriticalSpeed.hopf`.
+
+    It follows limit cycles, which stand above this module; so it is handed down and not imported.
+    """
+    global _hopf_analysis  # noqa: PLW0603 - one for the process
+    _hopf_analysis = analysis
+    return analysis

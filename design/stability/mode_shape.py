@@ -1,0 +1,225 @@
+"""Mode shapes: how the bodies of a vehicle move against each other in one mode."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from railenv import checks
+from railenv.equations.coordinates import COORDINATES
+from railenv.equipment import Equipped
+from railenv.models import Model
+
+if TYPE_CHECKING:
+    import control
+    from matplotlib.animation import FuncAnimation
+    from matplotlib.axes import Axes
+
+Complex = NDArray[np.complex128]
+
+
+class Outline(NamedTuple):
+    """A body as a plan view draws it.
+
+    Attributes
+    ----------
+    name : str
+    x : float
+        Place along the vehicle, m.
+    half_length : float
+        m; of a body that is no wheelset.
+    y, psi, phi : str or None
+        Names of its displacements; None for one that it does not have.
+    """
+
+    name: str
+    x: float
+    half_length: float
+    y: str | None
+    psi: str | None
+    phi: str | None
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """What a plan view of a vehicle needs.
+
+    Attributes
+    ----------
+    half_gauge : float
+        m.
+    wheelsets, frames, others : tuple of Outline
+        Frames are bodies that stand over wheelsets, as no other body is closer to these; the others,
+        such as a vehicle's body, reach over all wheelsets.
+    """
+
+    half_gauge: float
+    wheelsets: tuple[Outline, ...]
+    frames: tuple[Outline, ...]
+    others: tuple[Outline, ...]
+
+    @property
+    def bodies(self) -> tuple[Outline, ...]:
+        """All bodies: wheelsets, frames, others."""
+        return (*self.wheelsets, *self.frames, *self.others)
+
+
+@dataclass(frozen=True)
+class ModeShape:
+    """Complex displacements of one mode.
+
+    Attributes
+    ----------
+    model_name : str
+    names : tuple of str
+        The displacements, such as ``y_w1`` (m) or ``psi_w1`` (rad); all states of a model whose states
+        are not displacements and their rates.
+    displacements : ndarray of complex, shape (n_names,)
+        Scaled so that the largest is 1. The motion is the real part of
+        ``displacements * exp(eigenvalue * t)``.
+    eigenvalue : complex
+        1/s.
+    condition : str
+        Where the mode was computed, as "speed = 116.1 m/s".
+    geometry : Geometry or None
+        Where the bodies are; None for models that do not say it, which are drawn as a bar chart.
+    """
+
+    model_name: str
+    names: tuple[str, ...]
+    displacements: Complex
+    eigenvalue: complex
+    condition: str
+    geometry: Geometry | None
+
+    @classmethod
+    def of(cls, model: Model, vector: Complex, eigenvalue: complex, condition: str) -> Self:
+        """Take the shape from an eigenvector whose first entries are the model's states."""
+        chosen = displacement_rows(model)
+        shape = np.asarray(vector, dtype=complex)[chosen]
+        names = tuple(model.state_names[k] for k in chosen)
+        return cls(model.name, names, normalized(shape), eigenvalue, condition, geometry_of(model))
+
+    def __getitem__(self, name: str) -> complex:
+        """Return one displacement by its name."""
+        checks.known("displacement", [name], self.names)
+        return complex(self.displacements[self.names.index(name)])
+
+    @property
+    def frequency(self) -> float:
+        """Frequency, Hz."""
+        return abs(self.eigenvalue.imag) / (2.0 * math.pi)
+
+    @property
+    def damping(self) -> float:
+        """Damping ratio; negative where the mode grows."""
+        return -self.eigenvalue.real / max(abs(self.eigenvalue), 1e-300)
+
+    def at(self, phase: float) -> NDArray[np.float64]:
+        """Return the displacements at a phase (rad) of the motion, its growth or decay left out."""
+        return np.asarray((self.displacements * np.exp(1j * phase)).real)
+
+    def __str__(self) -> str:
+        largest = ", ".join(
+            f"{self.names[k]} {abs(self.displacements[k]):.3f} at "
+            f"{math.degrees(np.angle(self.displacements[k])) + 0.0:.0f}°"
+            for k in np.argsort(-np.abs(self.displacements))[:4]
+        )
+        return (
+            f"{self.model_name}, {self.condition}: {self.frequency:.4f} Hz, damping ratio "
+            f"{self.damping:+.5f}; {largest}"
+        )
+
+    def plot(
+        self, ax: Axes | None = None, *, phases: Sequence[float] = (0.0, 45.0, 90.0, 135.0)
+    ) -> control.ControlPlot:
+        """Draw the bodies in plan view at some phases of a period; models without bodies as bars.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            For a plan view: draws the first phase only, into these axes.
+        phases : sequence of float
+            Degrees.
+        """
+        from design.stability.mode_plots import plot_bars, plot_plan
+
+        return plot_bars(self, ax) if self.geometry is None else plot_plan(self, ax, phases)
+
+    def bars(self, ax: Axes | None = None) -> control.ControlPlot:
+        """Draw magnitude and phase of every displacement."""
+        from design.stability.mode_plots import plot_bars
+
+        return plot_bars(self, ax)
+
+    def animate(self, *, frames: int = 30, interval: float = 50.0) -> FuncAnimation:
+        """Animate one period of the motion.
+
+        Parameters
+        ----------
+        frames : int
+            Pictures of a period.
+        interval : float
+            Time between pictures, ms.
+
+        Returns
+        -------
+        matplotlib.animation.FuncAnimation
+            ``animation.save("mode.gif", writer="pillow")`` writes it.
+        """
+        from design.stability.mode_plots import animate
+
+        return animate(self, frames, interval)
+
+
+def displacement_rows(model: Model) -> list[int]:
+    """Return the places of a model's displacements: coordinates of its bodies, and whatever has a rate.
+
+    All states where there are none. Those of actuators and sensors are left out.
+    """
+    names = (model.plant if isinstance(model, Equipped) else model).state_names
+    of_bodies = {own.get(c) for own in model.body_states.values() for c in COORDINATES}
+    chosen = [k for k, name in enumerate(names) if name in of_bodies or f"d{name}" in names]
+    return chosen or list(range(len(names)))
+
+
+def normalized(shape: Complex) -> Complex:
+    """Return a shape divided by its largest entry."""
+    largest = shape[np.argmax(np.abs(shape))]
+    return shape / largest if largest else shape
+
+
+_SHORTEST = 0.5  # m, half the length of a body that stands over a single wheelset
+_BEYOND = 1.12  # of the distance to its wheelsets, a frame's half length
+_OVERHANG = 1.5  # m, of a vehicle's body beyond the outermost wheelsets
+
+
+def geometry_of(model: Model) -> Geometry | None:
+    """Return where a model's bodies are; None where it does not tell, or has no wheelsets."""
+    guided, places = model.guided, model.body_places
+    if not guided:
+        return None
+    on_rails = {g.name: g.x for g in guided}
+    rest = [name for name in places if name not in on_rails]
+    over: dict[str, list[float]] = {name: [] for name in rest}
+    for x in on_rails.values():
+        if rest:
+            nearest = min(rest, key=lambda name: abs(places[name] - x))
+            over[nearest].append(abs(places[nearest] - x))
+    reach = max(abs(x) for x in on_rails.values())
+
+    def outline(name: str, half_length: float) -> Outline:
+        own, x = model.body_states[name], on_rails.get(name, places[name])
+        return Outline(name, x, half_length, own.get("y"), own.get("psi"), own.get("phi"))
+
+    return Geometry(
+        guided[0].half_gauge,
+        tuple(outline(name, 0.0) for name in on_rails),
+        tuple(outline(n, max(_BEYOND * max(over[n]), _SHORTEST)) for n in rest if over[n]),
+        tuple(outline(n, reach + _OVERHANG - abs(places[n])) for n in rest if not over[n]),
+    )

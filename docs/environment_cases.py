@@ -1,0 +1,85 @@
+"""The environments that have a page, and what their pictures show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import gymnasium
+
+import design
+import railenv
+from railenv.envs.environment import BogieEnv, DualWheelsetEnv, HuntingEnv
+
+
+@dataclass(frozen=True)
+class Case:
+    """One environment, its page and what its picture shows.
+
+    Attributes
+    ----------
+    kind : type
+        Class of the environment.
+    title : str
+        Also the name in the id.
+    file : str
+        Name of page and picture, without suffix.
+    actuators : tuple of str
+        Default first.
+    model : Model
+        Vehicle of the picture.
+    speed, radius, cant : float
+        Running conditions of the picture: m/s, m, rad.
+    """
+
+    kind: type[HuntingEnv]
+    title: str
+    file: str
+    actuators: tuple[str, ...]
+    model: railenv.Model
+    speed: float
+    radius: float
+    cant: float
+
+    @property
+    def id(self) -> str:
+        """Name under which Gymnasium knows the environment."""
+        return f"railenv/{self.title}-v0"
+
+    def make(self, **keywords: Any) -> HuntingEnv:
+        """Return the environment without wrappers."""
+        env = gymnasium.make(self.id, **keywords).unwrapped
+        assert isinstance(env, HuntingEnv)
+        return env
+
+    @cached_property
+    def critical_speed(self) -> float:
+        """Of the vehicle of the picture, m/s."""
+        speed = design.critical_speed(self.model, radius=self.radius, cant=self.cant).speed
+        assert speed is not None
+        return speed
+
+
+CASES = (
+    Case(
+        BogieEnv,
+        "Bogie",
+        "bogie",
+        ("secondary", "primary", "none"),
+        railenv.Bogie(railenv.HIGH_SPEED_COACH),
+        speed=105.0,
+        radius=6500.0,
+        cant=0.0873,
+    ),
+    Case(
+        DualWheelsetEnv,
+        "DualWheelset",
+        "dual-wheelset",
+        ("primary", "none"),
+        railenv.DualWheelset(railenv.TABLE_1),
+        speed=50.0,
+        radius=1500.0,
+        cant=0.08,
+    ),
+)

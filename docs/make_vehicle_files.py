@@ -1,0 +1,88 @@
+"""Make the tables of docs/vehicle-files.md from the metadata of the parts."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+DOCS = Path(__file__).resolve().parent
+sys.path += [str(DOCS), str(DOCS.parent)]
+
+from blocks import refilled  # noqa: E402
+
+from railenv.vehicles import files  # noqa: E402
+from railenv.vehicles.elements import BODIES, ELEMENTS, Part  # noqa: E402
+
+PAGE = DOCS / "vehicle-files.md"
+_HEAD = "| field | unit | meaning | default | allowed |\n|---|---|---|---|---|"
+
+
+def _row(name: str, unit: str, meaning: str, default: str, allowed: str) -> str:
+    return f"| `{name}` | {unit} | {meaning} | {default} | {allowed} |"
+
+
+def _default(field: dataclasses.Field[object]) -> str:
+    """Return what a field is when it is left out."""
+    if field.default is dataclasses.MISSING:
+        return "must be given"
+    if field.default is None:
+        return "left out"
+    return f"`{str(field.default).lower()}`" if field.default is False else f'`"{field.default}"`'
+
+
+def _allowed(field: dataclasses.Field[object]) -> str:
+    """Return the range of a field, or its choices."""
+    if "allowed" in field.metadata:
+        return ", ".join(f'`"{value}"`' for value in field.metadata["allowed"])
+    if field.name == "between":
+        return "two names"
+    if "table" in field.metadata:
+        return "`[[...], [...]]`"
+    bounds = field.metadata.get("bounds")
+    if bounds is None:
+        return "`true`, `false`" if field.default is False else "a word"
+    low, high = bounds.get("low"), bounds.get("high")
+    said = [] if low is None else [f"{'above' if bounds.get('open_low') else 'at least'} {low:g}"]
+    return ", ".join([*said, *([] if high is None else [f"at most {high:g}"])]) or "any number"
+
+
+def table(kind: type[Part]) -> str:
+    """Return the table of one kind of part, below what it is."""
+    said = inspect.getdoc(kind) or ""
+    rows = [
+        _row(f.name, f.metadata.get("unit", ""), f.metadata["meaning"], _default(f), _allowed(f))
+        for f in dataclasses.fields(kind)
+    ]
+    return "\n".join([said.replace("``", "`"), "", _HEAD, *rows])
+
+
+def whole() -> str:
+    """Return the table of what a file says of the vehicle as a whole."""
+    defaults = {"gravity": "`9.81`", "wheelbase_curving": "`1.0`"}
+    allowed = {"gravity": "above 0", "wheelbase_curving": "0, 1", "parameters": "a table of numbers"}
+    rows = [
+        _row(name, unit, meaning, defaults.get(name, "left out"), allowed.get(name, "a text"))
+        for name, (unit, meaning) in files.PLAIN.items()
+    ]
+    return "\n".join([_HEAD, *rows])
+
+
+def makers() -> dict[str, Callable[[], str]]:
+    """Return what makes each block of the page."""
+
+    def of(kind: type[Part]) -> Callable[[], str]:
+        return lambda: table(kind)
+
+    return {"vehicle": whole, **{kind.kind: of(kind) for kind in (*BODIES, *ELEMENTS)}}
+
+
+def page(text: str) -> str:
+    """Return the page with its tables made anew."""
+    return refilled(text, makers())
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(PAGE.read_text(encoding="utf-8")), encoding="utf-8")

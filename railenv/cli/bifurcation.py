@@ -1,0 +1,174 @@
+"""``railenv bifurcation``: branches of limit cycles, and maps of where hunting occurs."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rich import box
+from rich.table import Table
+
+from railenv import checks
+from railenv.cli.common import Found, err, model_of, report
+from railenv.cli.options import (
+    CurveOptions,
+    JsonOption,
+    PlotOption,
+    SetOption,
+    VehicleOptions,
+    with_groups,
+)
+from railenv.errors import ParameterError
+from railenv.models import Model
+
+_ROWS = 20
+_BELOW = 0.97  # of the lowest speed of the branch, from which is simulated
+
+
+@with_groups
+def bifurcation(
+    *,
+    plant: VehicleOptions,
+    curve: CurveOptions,
+    lowest: Annotated[
+        float | None, typer.Option(help="Lowest speed, m/s; 3, or near the fold to simulate.")
+    ] = None,
+    highest: Annotated[
+        float | None, typer.Option(help="Highest speed, m/s; 1.2 times the Hopf point's if left out.")
+    ] = None,
+    points: Annotated[int, typer.Option(min=2, help="Most points of the branch.")] = 150,
+    chart: Annotated[
+        str | None,
+        typer.Option("--map", help="Hopf points and folds over a parameter, as conicity=0.03:0.1:8."),
+    ] = None,
+    simulated: Annotated[
+        int,
+        typer.Option(min=0, help="Simulate too, at so many speeds, from a small and a large start."),
+    ] = 0,
+    state: Annotated[str | None, typer.Option(help="State to report and draw; the first.")] = None,
+    changes: SetOption = None,
+    plot: PlotOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Follow the limit cycles from the Hopf point through their fold; or map where hunting occurs."""
+    built = model_of(plant, changes)
+    show = not as_json and err.is_terminal
+    if chart is not None:
+        found = hunting_map(built, chart, curve.radius, curve.cant, show)
+    else:
+        found = branch(
+            built, curve.radius, curve.cant, (lowest, highest), points, state, simulated, show
+        )
+    report(found, plot, as_json)
+
+
+def branch(
+    model: Model,
+    radius: float,
+    cant: float,
+    speeds: tuple[float | None, float | None],
+    points: int,
+    state: str | None,
+    simulated: int,
+    progress: bool,
+) -> Found:
+    """Follow the branch from the Hopf point; simulate at some speeds as well if asked for."""
+    import design
+    from design.cycles.branch import ABOVE_HOPF
+    from design.stability.critical_speed import SPEED_RANGE
+
+    name = model.state_names[0] if state is None else state
+    checks.known("state in --state", [name], model.state_names)
+    hopf = design.critical_speed(model, radius=radius, cant=cant)
+    low = SPEED_RANGE[0] if speeds[0] is None else speeds[0]
+    high = ABOVE_HOPF * (hopf.speed or SPEED_RANGE[1]) if speeds[1] is None else speeds[1]
+    found = design.cycle_branch(
+        model, start=hopf, parameter_range=(low, high), points=points, progress=progress
+    )
+    summary = {**found.summary(), "hopf": hopf.summary()}
+    shown: list[Any] = [f"{model.name}: {hopf}", *(str(s) for s in found.special)]
+    shown += [_cycles(found, name), f"ended: {found.ended}"]
+    diagram: Any = None
+    if simulated:
+        start = _BELOW * float(found.speed.min()) if speeds[0] is None else low
+        grid = np.linspace(start, high, simulated)
+        diagram = design.simulated_diagram(model, grid, radii=[radius], cant=cant, progress=progress)
+        amplitude = diagram.amplitude[name][0]
+        summary["simulated"] = {"speed": grid.tolist(), name: _plain(amplitude)}
+        shown.append(_simulated(grid, amplitude, name))
+
+    def draw() -> Any:
+        drawn = found.plot(name)
+        if diagram is None:
+            return drawn
+        return diagram.plot(name, ax=np.ravel(drawn.axes)[0])
+
+    return Found(summary, shown, draw)
+
+
+def hunting_map(model: Model, text: str, radius: float, cant: float, progress: bool) -> Found:
+    """Follow Hopf point and fold over a parameter given as name=low:high:count."""
+    import design
+
+    name, values = _grid(text)
+    found = design.hunting_map(model, name, values, radius=radius, cant=cant, progress=progress)
+    table = Table(title=f"{model.name}: speeds in m/s", box=box.SIMPLE)
+    for title in (name, "never hunts below (fold)", "must hunt above (Hopf)", ""):
+        table.add_column(title, justify="right")
+    rows = zip(found.value, found.fold_speed, found.hopf_speed, found.notes, strict=True)
+    for value, fold, hopf, note in rows:
+        table.add_row(f"{value:.5g}", _speed(fold), _speed(hopf), note)
+    return Found(found.summary(), [table, *([found.ended] if found.ended else [])], found.plot)
+
+
+def _grid(text: str) -> tuple[str, Any]:
+    name, equals, limits = text.partition("=")
+    parts = limits.split(":")
+    try:
+        low, high, count = float(parts[0]), float(parts[1]), int(parts[2])
+    except (IndexError, ValueError):
+        count = 0
+    if not equals or len(parts) != 3 or count < 1:
+        raise ParameterError(
+            f"--map is {text!r}; it must be name=low:high:count, as radius=3000:9000:7"
+        )
+    return name.strip(), np.linspace(low, high, count)
+
+
+def _cycles(found: Any, name: str) -> Table:
+    unit = 1e3 if name.startswith(("y_", "z_", "phi_", "psi_")) else 1.0
+    table = Table(title=str(found), box=box.SIMPLE)
+    for title in ("speed (m/s)", "amplitude" + (" (mm, mrad)" if unit > 1 else ""), "frequency (Hz)"):
+        table.add_column(title, justify="right")
+    table.add_column("largest multiplier", justify="right")
+    table.add_column("")
+    amplitude = unit * found.amplitude[name]
+    for i in np.unique(np.linspace(0, len(found) - 1, min(_ROWS, len(found))).astype(int)):
+        cycle = found.cycles[i]
+        table.add_row(
+            f"{cycle.speed:.3f}",
+            f"{amplitude[i]:.4f}",
+            f"{cycle.frequency:.4f}",
+            f"{abs(cycle.multipliers[0]):.4f}" if cycle.multipliers.size else "",
+            "stable" if cycle.stable else "unstable",
+        )
+    return table
+
+
+def _simulated(speeds: Any, amplitude: Any, name: str) -> Table:
+    table = Table(title=f"simulated amplitude of {name} after 20 s, SI units", box=box.SIMPLE)
+    for title in ("speed (m/s)", "small start", "large start"):
+        table.add_column(title, justify="right")
+    for speed, (small, large) in zip(speeds, amplitude, strict=True):
+        table.add_row(f"{speed:.3f}", f"{small:.4g}", f"{large:.4g}")
+    return table
+
+
+def _plain(values: Any) -> list[list[float | None]]:
+    return [[None if math.isnan(v) else float(v) for v in row] for row in values]
+
+
+def _speed(value: float) -> str:
+    return "none" if math.isnan(value) else f"{value:.3f}"

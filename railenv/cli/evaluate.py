@@ -1,0 +1,97 @@
+"""``railenv evaluate``: how fast a vehicle runs with each controller."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.table import Table
+
+from railenv.cli.common import model_of, out, print_json, save
+from railenv.cli.controllers import controllers as controllers_named
+from railenv.cli.options import JsonOption, PlotOption, SetOption, VehicleOptions, with_groups
+from railenv.models import Model
+
+if TYPE_CHECKING:
+    import agents
+
+
+@with_groups
+def evaluate(
+    *,
+    controllers: Annotated[
+        list[str] | None,
+        typer.Argument(help="Shipped controllers or files; all shipped ones when left out."),
+    ] = None,
+    plant: VehicleOptions,
+    changes: SetOption = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Tangent track and one curve only.")] = False,
+    store: Annotated[
+        Path | None, typer.Option(help="JSON file to keep evaluations in, and to go on from.")
+    ] = None,
+    leaderboard: Annotated[bool, typer.Option("--leaderboard", help="Print a Markdown table.")] = False,
+    plot: PlotOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Measure how fast a vehicle runs with each controller: linear, nonlinear, robust, on curves."""
+    import agents
+
+    names = controllers or agents.shipped_names()
+    built = model_of(plant, changes)
+    quiet = as_json or leaderboard
+    done = evaluated(names, built, quick=quick, store=store, show_progress=not quiet)
+    if as_json:
+        print_json([evaluation.summary() for evaluation in done])
+    elif leaderboard:
+        from agents.evaluation.leaderboard import markdown
+
+        print(markdown(done), end="")
+    else:
+        out.print(table(done))
+    if plot:
+        from agents.evaluation.evaluation_plots import plot_comparison
+        from agents.evaluation.leaderboard import ordered
+
+        save(plot_comparison(ordered(done)), plot, as_json)
+
+
+def evaluated(
+    names: Sequence[str], model: Model, *, quick: bool, store: Path | None, show_progress: bool
+) -> list[agents.Evaluation]:
+    """Evaluate controllers; finished ones are kept in ``store`` and taken from there."""
+    import agents
+    from agents.evaluation.evaluation import Plan, load_evaluations, save_evaluations
+
+    plan = Plan.quick() if quick else Plan()
+    equipped = agents.equipped(model)
+    known = {}
+    if store is not None and store.exists():
+        name = equipped.vehicle_name
+        same = [e for e in load_evaluations(store) if e.plan == plan and e.vehicle == name]
+        known = {e.controller: e for e in same}
+    done: list[agents.Evaluation] = []
+    for name, controller in controllers_named(names).items():
+        kept = known.get(name)
+        if kept is not None and dict(kept.about) == dict(getattr(controller, "about", {})):
+            done.append(kept)
+            continue
+        done.append(agents.evaluate(controller, equipped, name=name, plan=plan, progress=show_progress))
+        if store is not None:
+            rest = [e for n, e in known.items() if n not in {d.controller for d in done}]
+            save_evaluations([*done, *rest], store)
+    return done
+
+
+def table(evaluations: Sequence[agents.Evaluation]) -> Table:
+    """Return the comparison as a table."""
+    from agents.evaluation.leaderboard import columns, row
+
+    shown = Table(title=f"{evaluations[0].vehicle}: critical speeds in m/s", padding=(0, 0))
+    for title in columns(evaluations[0]):
+        named = title == "controller"
+        shown.add_column(title, justify="left" if named else "right", no_wrap=named)
+    for evaluation in evaluations:
+        shown.add_row(*row(evaluation))
+    return shown

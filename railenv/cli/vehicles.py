@@ -1,0 +1,179 @@
+"""``railenv vehicles``: the parameters of vehicles, for people and for documents."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from typing import Annotated, Any, Literal
+
+import typer
+from rich import box
+from rich.table import Table
+
+import railenv
+from railenv import vehicles as vehicle_records
+from railenv.cli.common import out, print_json
+from railenv.cli.options import JsonOption
+from railenv.errors import ParameterError
+from railenv.vehicles import files
+from railenv.vehicles.assembly import Assembly
+from railenv.vehicles.lookup import named
+from railenv.vehicles.vehicle import COMMENTS
+
+_NARROW: Any = {"box": box.SIMPLE, "padding": (0, 1, 0, 0), "pad_edge": False}
+"""Tables that fit a terminal of 80 columns."""
+
+
+def vehicles(
+    name: Annotated[
+        str | None, typer.Argument(help="A shipped vehicle or a TOML file; all vehicles when left out.")
+    ] = None,
+    toml: Annotated[
+        bool,
+        typer.Option("--toml", help="Print the vehicle's parts as a TOML file to start your own from."),
+    ] = False,
+    model: Annotated[
+        Literal["bogie", "dual-wheelset"],
+        typer.Option("--model", "-m", help="With --toml: the bogie, or its wheelsets alone."),
+    ] = "bogie",
+    markdown: Annotated[
+        bool, typer.Option("--markdown", help="Print a table of all vehicles for a document.")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Print the parameters of vehicles, with symbol, unit, meaning and source."""
+    forms = {"--toml": toml, "--markdown": markdown, "--json": as_json}
+    if sum(forms.values()) > 1:
+        given = " and ".join(form for form, is_given in forms.items() if is_given)
+        raise ParameterError(f"{given} exclude each other; give one of them")
+    if toml and name is None:
+        raise ParameterError("--toml needs the name of one vehicle")
+    if model != "bogie" and not toml:
+        raise ParameterError(f"--model is {model}; it is for --toml, all else is of both models")
+    found = named(name) if name else None
+    if isinstance(found, Assembly):
+        if model != "bogie":
+            raise ParameterError(f"--model is {model}; {name} describes its own parts, so leave it out")
+        if markdown:
+            raise ParameterError(f"--markdown is for bogies' numbers; {name} describes parts")
+        _show_parts(found, toml, as_json)
+        return
+    shown = list(railenv.PRESETS) if found is None else [found]
+    if toml:
+        kind = railenv.Bogie if model == "bogie" else railenv.DualWheelset
+        print(kind(shown[0]).assembly.to_toml(units=COMMENTS), end="")
+        return
+    rows = vehicle_records.describe(railenv.Vehicle)
+    if markdown:
+        print(_markdown(shown, rows))
+        return
+    if as_json:
+        print_json([{row.name: getattr(v, row.name) for row in rows} for v in shown])
+        return
+    out.print(_comparison(shown, rows) if name is None else _description(shown[0], rows))
+    for v in shown:
+        out.print(f"{v.name}: {v.provenance}", markup=False, highlight=False)
+
+
+def _show_parts(vehicle: Assembly, toml: bool, as_json: bool) -> None:
+    """Print a vehicle that is described by its parts."""
+    if toml:
+        print(vehicle.to_toml(), end="")
+        return
+    if as_json:
+        parts = [
+            {"kind": part.kind, **{f.name: getattr(part, f.name) for f in dataclasses.fields(part)}}
+            for part in vehicle.parts
+        ]
+        plain = {name: getattr(vehicle, name) for name in files.PLAIN}
+        print_json({**plain, "parts": parts, "values": vehicle.values})
+        return
+    table = Table(title=f"{vehicle.name}: parameters, which --set changes", **_NARROW)
+    for title in ("parameter", "value", "unit"):
+        table.add_column(title, no_wrap=True)
+    table.add_column("meaning")
+    own = {
+        f"{part.name}_{field.name}": (
+            field.metadata["unit"],
+            f"{part.kind} {part.name}: {field.metadata['meaning']}",
+        )
+        for part in vehicle.parts
+        for field in dataclasses.fields(part)
+        if "bounds" in field.metadata
+    }
+    for name, value in vehicle.values.items():
+        table.add_row(name, _written(value), *(own.get(name) or _shared(vehicle, name)))
+    out.print(table)
+    listed = ", ".join(f"{part.kind} {part.name}" for part in vehicle.parts)
+    out.print(f"{vehicle.name}: {vehicle.provenance or listed}", markup=False, highlight=False)
+
+
+def _shared(vehicle: Assembly, name: str) -> tuple[str, str]:
+    """Return unit and meaning of a parameter that several fields read, from those fields."""
+    if name in files.PLAIN:
+        return files.PLAIN[name]
+    readers = [
+        (text.strip() == name, field.metadata["unit"], f"{field.name} of {part.name}")
+        for part in vehicle.parts
+        for field in dataclasses.fields(part)
+        if "bounds" in field.metadata and isinstance(text := getattr(part, field.name), str)
+        if name in re.findall(r"[A-Za-z_]\w*", text)
+    ]
+    unit = next((unit for alone, unit, _ in readers if alone), "")
+    listed = [said for _, _, said in readers]
+    more = f" and {len(listed) - 2} more" if len(listed) > 2 else ""
+    return unit, f"read by {', '.join(listed[:2])}{more}" if listed else "read by no field"
+
+
+def _comparison(shown: list[railenv.Vehicle], rows: list[vehicle_records.FieldDescription]) -> Table:
+    table = Table(title="Vehicles; name one to see meanings and sources", **_NARROW)
+    for title in ("field", "unit"):
+        table.add_column(title, no_wrap=True)
+    for v in shown:
+        table.add_column(v.name.replace("_", "_\n"), justify="right", no_wrap=True)
+    for row in _numeric(rows):
+        table.add_row(row.name, row.unit, *(_written(getattr(v, row.name)) for v in shown))
+    return table
+
+
+def _description(vehicle: railenv.Vehicle, rows: list[vehicle_records.FieldDescription]) -> Table:
+    table = Table(title=vehicle.name, **_NARROW)
+    for title in ("field", "value", "unit"):
+        table.add_column(title, no_wrap=True)
+    table.add_column("meaning (symbol; source)")
+    for row in _numeric(rows):
+        meaning = f"{row.meaning} ({'; '.join(filter(None, (row.symbol, row.source)))})"
+        table.add_row(row.name, _written(getattr(vehicle, row.name)), row.unit, meaning)
+    return table
+
+
+def _markdown(shown: list[railenv.Vehicle], rows: list[vehicle_records.FieldDescription]) -> str:
+    names = [v.name for v in shown]
+    lines = [
+        "# Vehicles",
+        "",
+        "Generated by `railenv vehicles --markdown` from the metadata of `railenv.Vehicle`; SI units.",
+        "",
+        *(f"- `{v.name}`: {v.provenance}." for v in shown),
+        "",
+        f"| field | symbol | unit | {' | '.join(names)} | meaning | source |",
+        f"|---|---|---|{'---:|' * len(names)}---|---|",
+    ]
+    for row in _numeric(rows):
+        values = " | ".join(_written(getattr(v, row.name)) for v in shown)
+        lines.append(
+            f"| `{row.name}` | {row.symbol} | {row.unit} | {values} | {row.meaning} | {row.source} |"
+        )
+    return "\n".join(lines)
+
+
+def _numeric(
+    rows: list[vehicle_records.FieldDescription],
+) -> list[vehicle_records.FieldDescription]:
+    return [row for row in rows if row.name not in ("name", "provenance")]
+
+
+def _written(value: object) -> str:
+    if not isinstance(value, float):
+        return str(value).lower()
+    return f"{value:g}".replace("e+0", "e")

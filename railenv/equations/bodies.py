@@ -1,0 +1,29 @@
+"""Equations of motion of one body (eq 6): a wheelset, or a body without wheels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from railenv.equations.coordinates import Motion, Running, Wrench
+from railenv.equations.functions import Scalar, sin
+
+
+def gyroscopic(w: Motion, run: Running, p: Scalar) -> Wrench:
+    """Gyroscopic moments of an axle that spins at V/r0, on a track that itself turns at V/R."""
+    V = run.speed
+    return Wrench(
+        roll=-p.pitch_inertia * V / p.wheel_radius * (V * run.curvature - w.dpsi),
+        yaw=-p.pitch_inertia * (V / p.wheel_radius + V * run.curvature * sin(run.cant)) * w.dphi,
+    )
+
+
+def accelerations(acting: Wrench, p: Scalar, coordinates: Sequence[str]) -> list[Scalar]:
+    """Accelerations of a body's coordinates under all that acts about its centre of mass."""
+    parts = {
+        "y": (acting.force_y, "mass"),
+        "z": (acting.force_z, "mass"),
+        "phi": (acting.roll, "roll_inertia"),
+        "theta": (acting.pitch, "pitch_inertia"),
+        "psi": (acting.yaw, "yaw_inertia"),
+    }
+    return [parts[c][0] / getattr(p, parts[c][1]) for c in coordinates]

@@ -1,0 +1,124 @@
+"""Equations of motion of an assembly of bodies and force elements (eq 6, for any vehicle).
+
+What stands in the paper for one bogie is assembled here from what each element and each wheelset does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from railenv.equations.bodies import accelerations, gyroscopic
+from railenv.equations.contact import contact, flange_spring, rail_forces
+from railenv.equations.coordinates import (
+    AT_REST,
+    GROUND,
+    Motion,
+    Rail,
+    Running,
+    Wrench,
+    motions,
+    rails,
+    total,
+)
+from railenv.equations.elements import Arm, Relative, at_centre, opposite, relative
+from railenv.equations.functions import Scalar
+from railenv.equations.loads import load
+
+Wrenches = dict[str, list[Wrench]]
+
+
+def rates(
+    vehicle: Any,
+    x: Sequence[Scalar],
+    u: Sequence[Scalar],
+    run: Running,
+    further: Mapping[str, Sequence[Wrench]],
+) -> list[Scalar]:
+    """Time derivatives of the states of an assembly.
+
+    Parameters
+    ----------
+    vehicle : Assembly
+        With numbers in all fields: what ``Assembly.with_numbers`` returns.
+    x, u : sequence
+        States and inputs, ordered as ``Assembly.state_names`` and ``Assembly.input_names``.
+    run : Running
+    further : mapping of str to sequence of Wrench
+        What else acts on the bodies, about their centres of mass.
+    """
+    moving = motions(x, vehicle.coordinates)
+    acting: Wrenches = {body.name: list(further.get(body.name, ())) for body in vehicle.bodies}
+    own_rates = _elements(vehicle, moving, x, u, run, acting)
+    for body, rail in zip(vehicle.wheelsets, _rails(vehicle, u), strict=True):
+        w = moving[body.name]
+        acting[body.name] += [contact(w, rail, run, body), gyroscopic(w, run, body)]
+    found: list[Scalar] = []
+    for body in vehicle.bodies:
+        if not vehicle.coordinates[body.name]:
+            continue
+        acting[body.name].append(load(body, run, vehicle.gravity))
+        found += accelerations(total(acting[body.name]), body, vehicle.coordinates[body.name])
+    return [*x[len(found) : 2 * len(found)], *found, *own_rates]
+
+
+def _elements(
+    vehicle: Any,
+    moving: Mapping[str, Motion],
+    x: Sequence[Scalar],
+    u: Sequence[Scalar],
+    run: Running,
+    acting: Wrenches,
+) -> list[Scalar]:
+    """Add what the force elements do to the bodies; return the derivatives of their own states."""
+    own_rates: list[Scalar] = []
+    state, command = 2 * sum(map(len, vehicle.coordinates.values())), 0
+    for e in vehicle.elements:
+        arm_a, arm_b, seen = seen_by(vehicle, e, moving, run)
+        q, drive = x[state : state + e.n_states], u[command : command + e.n_inputs]
+        state, command = state + e.n_states, command + e.n_inputs
+        on_a, rate = e.law(e, seen, q, drive)
+        own_rates += rate
+        for name, arm, wrench in ((e.between[0], arm_a, on_a), (e.between[1], arm_b, opposite(on_a))):
+            if name != GROUND:
+                acting[name].append(at_centre(arm, wrench))
+    return own_rates
+
+
+def seen_by(
+    vehicle: Any, e: Any, moving: Mapping[str, Motion], run: Running
+) -> tuple[Arm, Arm, Relative]:
+    """Return the arms of an element's attachments in its two bodies, and their relative motion.
+
+    The ground follows the track: it is the track frame at the place of the other body.
+    """
+    bodies = [vehicle.body(name) for name in e.between]
+    held = [body or other for body, other in zip(bodies, bodies[::-1], strict=True)]
+    x = held[0].x if e.x is None else e.x
+    y = 0 if e.pair else e.y
+    arms = [Arm(x - body.x, y, e.z - body.z) for body in held]
+    a, b = ((arm, moving.get(name, AT_REST)) for arm, name in zip(arms, e.between, strict=True))
+    curvature = vehicle.wheelbase_curving * run.curvature
+    return arms[0], arms[1], relative(a, b, held[1].x - held[0].x, curvature)
+
+
+def _rails(vehicle: Any, u: Sequence[Scalar]) -> list[Rail]:
+    return rails(u[len(u) - 3 * len(vehicle.wheelsets) :])
+
+
+def guiding_forces(
+    vehicle: Any, x: Sequence[Scalar], u: Sequence[Scalar], run: Running
+) -> list[Scalar]:
+    """Y and Q (N) of the left and right wheel of each wheelset.
+
+    Y is the guiding force, positive where the rail pushes the wheel towards the track's middle; Q the
+    wheel load.
+    """
+    moving = motions(x, vehicle.coordinates)
+    found: list[Scalar] = []
+    for body, rail in zip(vehicle.wheelsets, _rails(vehicle, u), strict=True):
+        w = moving[body.name]
+        for f in rail_forces(w, rail, run, body):
+            flange = flange_spring(f.side, w.y - rail.align, body)
+            found += [flange - f.side * f.force_y, f.force_z]
+    return found

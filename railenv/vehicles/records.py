@@ -1,0 +1,104 @@
+"""Frozen records of physical quantities: checked on creation, described by their metadata.
+
+Every field carries its symbol, unit, meaning, allowed range and source in its metadata, from which the
+parameter tables of the command line and of the documentation are made.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any, Self
+
+from railenv import checks
+
+TABLE = "Table 1"
+"""Source of a quantity unless another is given."""
+
+
+def quantity(
+    symbol: str,
+    unit: str,
+    meaning: str,
+    source: str = TABLE,
+    *,
+    default: Any = dataclasses.MISSING,
+    **bounds: float | bool,
+) -> Any:
+    """Return a dataclass field that holds a physical quantity; bounds as in ``checks.number``."""
+    metadata = {"symbol": symbol, "unit": unit, "meaning": meaning, "source": source}
+    return dataclasses.field(default=default, metadata={**metadata, "bounds": bounds})
+
+
+def positive(symbol: str, unit: str, meaning: str, source: str = TABLE, **bounds: float | bool) -> Any:
+    """Return a dataclass field that holds a quantity greater than 0."""
+    return quantity(symbol, unit, meaning, source, low=0.0, open_low=True, **bounds)
+
+
+def nonnegative(
+    symbol: str, unit: str, meaning: str, source: str = TABLE, **bounds: float | bool
+) -> Any:
+    """Return a dataclass field that holds a quantity not less than 0."""
+    return quantity(symbol, unit, meaning, source, low=0.0, **bounds)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterRecord:
+    """Base of the frozen records of physical quantities: checks on creation, and ``replace``."""
+
+    def __post_init__(self) -> None:
+        """Check every quantity against its metadata and make it a float."""
+        for f in dataclasses.fields(self):
+            if "bounds" in f.metadata:
+                value = checks.number(
+                    f.name, getattr(self, f.name), unit=f.metadata["unit"], **f.metadata["bounds"]
+                )
+                object.__setattr__(self, f.name, value)
+
+    def parameters(self) -> dict[str, float]:
+        """Return all numbers that the equations of motion read, by name."""
+        return {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a copy with some fields changed.
+
+        Raises
+        ------
+        UnknownNameError
+            If a name is not a field.
+        ParameterError
+            If a value is not allowed.
+
+        Examples
+        --------
+        >>> import railenv
+        >>> railenv.HIGH_SPEED_COACH.replace(conicity=0.2).conicity
+        0.2
+        """
+        checks.known("field", changes, [f.name for f in dataclasses.fields(self)])
+        return dataclasses.replace(self, **changes)
+
+
+@dataclass(frozen=True)
+class FieldDescription:
+    """One row of a parameter table."""
+
+    name: str
+    symbol: str
+    unit: str
+    meaning: str
+    source: str
+
+
+def describe(record: type) -> list[FieldDescription]:
+    """Describe the fields of a parameter record (a dataclass of quantities), in order."""
+    return [
+        FieldDescription(
+            f.name,
+            f.metadata.get("symbol", ""),
+            f.metadata.get("unit", ""),
+            f.metadata["meaning"],
+            f.metadata["source"],
+        )
+        for f in dataclasses.fields(record)
+    ]

@@ -1,0 +1,212 @@
+"""Characteristics given as tables: a cubic on each cell of a uniform grid, linear beyond its ends.
+
+What a kernel reads of a table is one row of numbers (:meth:`Table.packed`); its first entries say where
+the grid starts, ends and how fine it is, then follow four coefficients per cell.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from railenv import checks
+from railenv.errors import ParameterError
+
+Array = NDArray[np.float64]
+
+HEAD = 4
+"""Entries before the coefficients: first and last x, cells per unit of x, number of the last cell."""
+
+_MOST_EXACT = 256
+"""Cells of the largest grid on which points are looked for."""
+
+_ON_GRID = 1e-6  # of a cell
+_CELLS_PER_POINT = 4
+_MOST_CELLS = 100_000
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """A smooth characteristic y(x), exact in value and derivatives up to the second.
+
+    Make one by :meth:`through` (measured points, monotone between them) or :meth:`spline` (samples of a
+    smooth function).
+
+    Attributes
+    ----------
+    x : ndarray, shape (cells + 1,)
+        Uniform grid.
+    coefficients : ndarray, shape (cells, 4)
+        Of 1, t, t^2, t^3 in each cell, t from 0 to 1.
+    points : tuple of two tuples of float
+        What it was made from, for files.
+    """
+
+    x: Array
+    coefficients: Array
+    points: tuple[tuple[float, ...], tuple[float, ...]]
+
+    @classmethod
+    def through(cls, x: ArrayLike, y: ArrayLike, *, odd: bool = False, name: str = "table") -> Self:
+        """Return a table that is straight between points and rounded at them.
+
+        The corners are rounded within a quarter of the distance of the two closest points, so that the
+        slope is continuous and the table rises where the points do (Fritsch and Butland); where the
+        points do not move, such as within the clearance of a stop, it does not either.
+
+        Parameters
+        ----------
+        x, y : array_like, shape (n,)
+            Points with increasing ``x``, at least two.
+        odd : bool
+            Points for x >= 0 only, the first of them (0, 0); the other half is their mirror image.
+        name : str
+            What to call it in messages.
+
+        Raises
+        ------
+        ParameterError
+            If they are not such points.
+        """
+        from scipy.interpolate import PchipInterpolator
+
+        px, py = _points(name, x, y)
+        kept = (tuple(px.tolist()), tuple(py.tolist()))
+        if odd:
+            if px[0] < 0.0 or (px[0] == 0.0 and py[0] != 0.0):
+                raise ParameterError(
+                    f"{name} starts at ({px[0]:g}, {py[0]:g}); an odd characteristic is given from "
+                    "(0, 0) on"
+                )
+            if px[0] > 0.0:
+                px, py = np.concatenate([[0.0], px]), np.concatenate([[0.0], py])
+            px, py = np.concatenate([-px[:0:-1], px]), np.concatenate([-py[:0:-1], py])
+        grid = np.linspace(px[0], px[-1], _cells_of(px, name) + 1)
+        curve = PchipInterpolator(grid, np.interp(grid, px, py))
+        return cls(grid, _hermite(grid, curve(grid), curve.derivative()(grid)), kept)
+
+    @classmethod
+    def spline(cls, x: ArrayLike, y: ArrayLike, *, name: str = "table") -> Self:
+        """Return the cubic spline, twice continuously differentiable, through a uniform grid.
+
+        Raises
+        ------
+        ParameterError
+            If the grid is not uniform or has fewer than four points.
+        """
+        from scipy.interpolate import CubicSpline
+
+        px, py = _points(name, x, y)
+        if len(px) < 4 or np.ptp(np.diff(px)) > 1e-9 * (px[-1] - px[0]):
+            raise ParameterError(f"{name} needs a uniform grid of at least four points")
+        curve = CubicSpline(px, py)
+        slopes = curve(px, 1)
+        return cls(px, _hermite(px, py, slopes), (tuple(px.tolist()), tuple(py.tolist())))
+
+    def __call__(self, x: Any, order: int = 0) -> Any:
+        """Return value or derivative at a float, or a complex number whose real part says where."""
+        low, high = self.x[0], self.x[-1]
+        real = x.real if isinstance(x, complex) else x
+        inside = bool(low <= real <= high)
+        held = x if inside else float(min(max(real, low), high))
+        per = (len(self.x) - 1) / (high - low)
+        cell = min(int((held.real - low) * per), len(self.coefficients) - 1)
+        a, b, c, d = self.coefficients[cell].tolist()
+        t = (held - low) * per - cell
+        value, slope = a + t * (b + t * (c + t * d)), per * (b + t * (2.0 * c + 3.0 * t * d))
+        if order == 0:
+            return value + slope * (x - held)
+        if order == 1:
+            return slope
+        return per * per * (2.0 * c + 6.0 * t * d) if inside else 0.0 * x
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Table) and np.array_equal(self.packed(), other.packed())
+
+    def __hash__(self) -> int:
+        return hash(self.packed().tobytes())
+
+    def packed(self) -> Array:
+        """Return what a kernel reads, a vector."""
+        cells = len(self.coefficients)
+        head = [self.x[0], self.x[-1], cells / (self.x[-1] - self.x[0]), cells - 1.0]
+        return np.concatenate([head, self.coefficients.ravel()])
+
+    def inverse(self, *, name: str = "table") -> Table:
+        """Return x over y, for a characteristic that rises everywhere.
+
+        Raises
+        ------
+        ParameterError
+            If it does not rise everywhere.
+        """
+        px, py = (np.asarray(side) for side in self.points)
+        if not (np.diff(py) > 0.0).all():
+            raise ParameterError(f"{name} must rise everywhere: its force is not a function of speed")
+        odd = self.x[0] < 0.0 and px[0] >= 0.0
+        return Table.through(py, px, odd=odd, name=name)
+
+
+def pack(tables: Sequence[Mapping[str, Table]]) -> tuple[Array, list[list[float]]]:
+    """Return all distinct tables in one vector, and where those of each system start in it.
+
+    Parameters
+    ----------
+    tables : sequence of mapping of str to Table
+        One mapping per system, with the same names in the same order.
+    """
+    starts: dict[Table, float] = {}
+    parts, end = [np.zeros(1)], 1
+    for system in tables:
+        for table in system.values():
+            if table not in starts:
+                starts[table] = float(end)
+                parts.append(table.packed())
+                end += len(parts[-1])
+    return np.concatenate(parts), [[starts[t] for t in system.values()] for system in tables]
+
+
+def _cells_of(x: Array, name: str) -> int:
+    """Return how many cells the grid has: all points lie on it, unless that takes too many.
+
+    On such a grid the table goes through every point; on another one it rounds off what happens within
+    a cell.
+    """
+    place = (x - x[0]) / (x[-1] - x[0])
+    for cells in range(len(x) - 1, _MOST_EXACT + 1):
+        at = np.round(place * cells)
+        if np.abs(place * cells - at).max() < _ON_GRID and np.diff(at).min() > 0.0:
+            return max(_CELLS_PER_POINT * cells, 2)
+    wanted = math.ceil(_CELLS_PER_POINT / float(np.diff(place).min()))
+    if wanted > _MOST_CELLS:
+        raise ParameterError(
+            f"x of {name} has points {float(np.diff(x).min()):g} apart in a range of "
+            f"{x[-1] - x[0]:g}; the closest may be "
+            f"{(x[-1] - x[0]) * _CELLS_PER_POINT / _MOST_CELLS:g} apart"
+        )
+    cells = max(_CELLS_PER_POINT * _MOST_EXACT, wanted)
+    return cells + cells % 2  # 0 is on the grid of an odd one
+
+
+def _points(name: str, x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
+    px = checks.numbers(f"x of {name}", x, least=2)
+    py = checks.numbers(f"y of {name}", y, least=2)
+    if px.shape != py.shape:
+        raise ParameterError(f"{name} has {len(px)} x and {len(py)} y; they must be as many")
+    if not (np.isfinite(px).all() and np.isfinite(py).all()):
+        raise ParameterError(f"{name} has points that are not finite")
+    if not (np.diff(px) > 0.0).all():
+        raise ParameterError(f"x of {name} is {px.tolist()}; it must rise from point to point")
+    return px, py
+
+
+def _hermite(x: Array, y: Array, slopes: Array) -> Array:
+    """Coefficients of the cubics with given values and slopes at the ends of cells."""
+    h = np.diff(x)
+    y0, y1, m0, m1 = y[:-1], y[1:], slopes[:-1] * h, slopes[1:] * h
+    return np.stack([y0, m0, 3 * (y1 - y0) - 2 * m0 - m1, 2 * (y0 - y1) + m0 + m1], axis=1)

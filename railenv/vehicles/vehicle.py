@@ -1,0 +1,340 @@
+"""Parameters of the paper's bogie: one frozen record, and the vehicles that the package ships."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any, Literal, Self, get_args
+
+from railenv import checks
+from railenv.errors import ParameterError
+from railenv.vehicles import files
+from railenv.vehicles.guided import klingel_wavelength
+from railenv.vehicles.records import ParameterRecord, nonnegative, positive, quantity
+
+LoadBookkeeping = Literal["once", "printed"]
+
+CREEP_COEFFICIENTS = ("lateral_creep", "lateral_spin_creep", "spin_creep", "longitudinal_creep")
+"""Fields that ``creep_factor`` multiplies."""
+
+_BEYOND = "beyond the paper"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Vehicle(ParameterRecord):
+    """Parameters of a bogie, its wheel-rail contact and its share of the vehicle body; SI units.
+
+    Stiffnesses, dampings and creep coefficients are per side (per axle box, per wheel), as in Table 1
+    of the paper; the nonlinear yaw damper is one per wheelset. ``railenv vehicles`` prints every field
+    with its unit, and ``railenv vehicles NAME`` with symbol, meaning and source.
+
+    Raises
+    ------
+    ParameterError
+        If a value is not a finite number in its range; the message names field, value and range.
+    """
+
+    name: str = dataclasses.field(metadata={"meaning": "what to call the vehicle", "source": ""})
+    provenance: str = dataclasses.field(
+        metadata={"meaning": "where its numbers come from", "source": ""}
+    )
+    # masses and inertias
+    wheelset_mass: float = positive("m_w", "kg", "mass of one wheelset")
+    wheelset_roll_inertia: float = positive("I_wx", "kg m^2", "roll inertia of a wheelset")
+    wheelset_pitch_inertia: float = nonnegative(
+        "I_wy",
+        "kg m^2",
+        "pitch inertia of a wheelset, about its axle (gyroscopic terms)",
+        "eq 6; not in Table 1, from Zhai",
+    )
+    wheelset_yaw_inertia: float = positive("I_wz", "kg m^2", "yaw inertia of a wheelset")
+    frame_mass: float = positive("m_b", "kg", "mass of the bogie frame")
+    frame_roll_inertia: float = positive("I_bx", "kg m^2", "roll inertia of the bogie frame")
+    frame_yaw_inertia: float = positive("I_bz", "kg m^2", "yaw inertia of the bogie frame")
+    body_mass: float = nonnegative("m_vb", "kg", "mass of the vehicle body, on two bogies")
+    gravity: float = positive("g", "m/s^2", "acceleration due to gravity")
+    # geometry
+    wheel_radius: float = positive("r_0", "m", "nominal rolling radius")
+    half_gauge: float = positive("a", "m", "half the distance between the contact points")
+    half_wheelbase: float = positive("L", "m", "half the wheelbase (L_t1, L_t2, L_w in print)")
+    frame_height: float = nonnegative("h_G", "m", "height of the frame's centre above the axles")
+    # wheel-rail contact
+    conicity: float = positive("lambda", "1", "conicity of the wheel treads", high=0.7)
+    friction: float = positive("mu", "1", "friction coefficient of wheel and rail", high=2.0)
+    flange_clearance: float = positive("delta", "m", "lateral clearance up to flange contact")
+    lateral_creep: float = positive("f_11", "N", "lateral creep coefficient")
+    lateral_spin_creep: float = nonnegative("f_12", "N m", "lateral/spin creep coefficient")
+    spin_creep: float = nonnegative("f_22", "N m^2", "spin creep coefficient")
+    longitudinal_creep: float = positive("f_33", "N", "longitudinal creep coefficient")
+    vertical_rail_stiffness: float = positive("K_rz", "N/m", "vertical stiffness under one wheel")
+    lateral_rail_stiffness: float = positive("K_ry", "N/m", "lateral stiffness behind the flange")
+    # primary suspension
+    primary_longitudinal_stiffness: float = nonnegative("K_px", "N/m", "primary, per axle box")
+    primary_lateral_stiffness: float = nonnegative("K_py", "N/m", "primary, per axle box")
+    primary_vertical_stiffness: float = nonnegative("K_pz", "N/m", "primary, per axle box")
+    primary_longitudinal_damping: float = nonnegative("C_px", "N s/m", "primary, per axle box")
+    primary_lateral_damping: float = nonnegative("C_py", "N s/m", "primary, per axle box")
+    primary_vertical_damping: float = nonnegative("C_pz", "N s/m", "primary, per axle box")
+    primary_arm: float = positive(
+        "b", "m", "lateral arm of primary springs and dampers (b_t1 to b_t4 in print)"
+    )
+    # nonlinear yaw damper between wheelset and frame: quartic in the speed, eq 7
+    yaw_damper_c1: float = quantity("C_1", "N s/m", "yaw damper force (eq 7), linear term")
+    yaw_damper_c2: float = quantity("C_2", "N s^2/m^2", "yaw damper force (eq 7), quadratic term")
+    yaw_damper_c3: float = quantity("C_3", "N s^3/m^3", "yaw damper force (eq 7), cubic term")
+    yaw_damper_c4: float = quantity("C_4", "N s^4/m^4", "yaw damper force (eq 7), quartic term")
+    # secondary suspension, against a body at rest in the track frame
+    secondary_longitudinal_stiffness: float = nonnegative("K_sx", "N/m", "secondary, per side", _BEYOND)
+    secondary_lateral_stiffness: float = nonnegative("K_sy", "N/m", "secondary, per side", _BEYOND)
+    secondary_vertical_stiffness: float = nonnegative("K_sz", "N/m", "secondary, per side", _BEYOND)
+    secondary_longitudinal_damping: float = nonnegative(
+        "C_sx", "N s/m", "secondary, per side: the passive yaw damper", _BEYOND
+    )
+    secondary_lateral_damping: float = nonnegative("C_sy", "N s/m", "secondary, per side", _BEYOND)
+    secondary_vertical_damping: float = nonnegative("C_sz", "N s/m", "secondary, per side", _BEYOND)
+    secondary_arm: float = positive(
+        "b_s", "m", "lateral arm of the secondary springs and dampers", _BEYOND
+    )
+    # switches
+    wheelbase_curving: bool = dataclasses.field(
+        metadata={
+            "meaning": "wheelsets are turned and displaced against the frame on a curve",
+            "source": _BEYOND,
+        }
+    )
+    load_bookkeeping: LoadBookkeeping = dataclasses.field(
+        metadata={
+            "meaning": "carry the load of a bogie once, or on each wheelset as printed",
+            "source": "eq 6",
+        }
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for label in ("name", "provenance"):
+            if not isinstance(getattr(self, label), str):
+                raise ParameterError(f"{label} is {getattr(self, label)!r}; it must be a string")
+        if not isinstance(self.wheelbase_curving, bool):
+            raise ParameterError(
+                f"wheelbase_curving is {self.wheelbase_curving!r}; it must be true or false"
+            )
+        checks.choice("load_bookkeeping", self.load_bookkeeping, get_args(LoadBookkeeping))
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a copy with some fields changed.
+
+        ``creep_factor``, which is no field, multiplies all four creep coefficients.
+
+        Raises
+        ------
+        UnknownNameError
+            If a name is neither a field nor ``creep_factor``.
+        ParameterError
+            If a value is not allowed.
+
+        Examples
+        --------
+        >>> import railenv
+        >>> railenv.HIGH_SPEED_COACH.replace(conicity=0.2).conicity
+        0.2
+        """
+        checks.known("field", changes, [*(f.name for f in dataclasses.fields(self)), "creep_factor"])
+        if "creep_factor" in changes:
+            factor = checks.number("creep_factor", changes["creep_factor"], low=0.0, open_low=True)
+            changes = {n: v for n, v in changes.items() if n != "creep_factor"}
+            for name in CREEP_COEFFICIENTS:
+                value = checks.number(name, changes.get(name, getattr(self, name)))
+                if not 0.0 < factor * value < math.inf and value > 0.0:
+                    raise ParameterError(
+                        f"creep_factor is {factor:g}; {name} becomes {factor * value:g} N"
+                    )
+                changes[name] = factor * value
+        return dataclasses.replace(self, **changes)
+
+    @property
+    def external_load(self) -> float:
+        """Load (N) of one bogie: frame and half the vehicle body, the paper's W_ext."""
+        return (self.body_mass / 2.0 + self.frame_mass) * self.gravity
+
+    @property
+    def klingel_wavelength(self) -> float:
+        """Wavelength (m) of a free wheelset's kinematic oscillation, 2 pi sqrt(a r_0 / lambda)."""
+        return klingel_wavelength(self.half_gauge, self.wheel_radius, self.conicity)
+
+    def parameters(self) -> dict[str, float]:
+        """Return all numbers that the equations of motion read; switches become 0 or 1."""
+        numbers = {n: getattr(self, n) for n in QUANTITIES}
+        return {
+            **numbers,
+            "wheelbase_curving": float(self.wheelbase_curving),
+            "printed_loads": float(self.load_bookkeeping == "printed"),
+        }
+
+    def to_toml(self, path: str | PathLike[str] | None = None) -> str:
+        """Return the vehicle as TOML, with units and meanings as comments, and write it to ``path``.
+
+        ``Vehicle.from_toml`` gives back an equal vehicle, to the last bit.
+        """
+        import tomlkit
+
+        document = tomlkit.document()
+        for f in dataclasses.fields(self):
+            item = tomlkit.item(getattr(self, f.name))
+            item.comment(files.comment(f.metadata.get("unit", ""), f.metadata["meaning"]))
+            document.add(f.name, item)
+        text = tomlkit.dumps(document)
+        if path is not None:
+            Path(path).write_text(text, encoding="utf-8")
+        return text
+
+    @classmethod
+    def from_toml(cls, path: str | PathLike[str]) -> Self:
+        """Read a vehicle from a TOML file; nothing in the file is ever executed.
+
+        All fields must be given, or ``base = "HIGH_SPEED_COACH"`` (any shipped vehicle) names the one
+        that supplies the rest.
+
+        Raises
+        ------
+        ParameterError
+            If the file is not TOML, a field is missing, or a value is not allowed.
+        UnknownNameError
+            If the file has a key that is not a field.
+        """
+        data = files.read(path)
+        if files.describes_assembly(data):
+            raise ParameterError(
+                f"{path} describes the parts of a vehicle; it is read by railenv.Assembly.from_toml"
+            )
+        names = [f.name for f in dataclasses.fields(cls)]
+        checks.known(f"field in {path}", set(data) - {"base"}, names)
+        if "base" in data:
+            base = data.pop("base")
+            if not isinstance(base, str):
+                raise ParameterError(f"base in {path} is {base!r}; it must be a vehicle's name")
+            return cls(**{**_values(preset(base)), **data})
+        missing = [n for n in names if n not in data]
+        if missing:
+            raise ParameterError(
+                f"{path} lacks {', '.join(missing)}; give them, or a `base` vehicle to take them from"
+            )
+        return cls(**data)
+
+
+def _values(vehicle: Vehicle) -> dict[str, Any]:
+    return {f.name: getattr(vehicle, f.name) for f in dataclasses.fields(vehicle)}
+
+
+COMMENTS: dict[str, str] = {
+    **{
+        f.name: files.comment(f.metadata["unit"], f.metadata["meaning"])
+        for f in dataclasses.fields(Vehicle)
+        if "bounds" in f.metadata
+    },
+    "wheelbase_curving": "1: wheelsets and frame see the track turn between them on a curve; 0: not",
+    "printed_loads": "1: the print's load bookkeeping, the load on wheelsets and frame; 0: once",
+}
+"""Unit and meaning of :meth:`Vehicle.parameters`, for files."""
+
+QUANTITIES = tuple(f.name for f in dataclasses.fields(Vehicle) if "bounds" in f.metadata)
+"""Names of the fields of a Vehicle that hold a physical quantity."""
+
+TABLE_1 = Vehicle(
+    name="TABLE_1",
+    provenance="Table 1 of the paper as printed; I_wy, which it omits, from Zhai",
+    wheelset_mass=1800.0,
+    wheelset_roll_inertia=915.0,
+    wheelset_pitch_inertia=140.0,
+    wheelset_yaw_inertia=915.0,
+    frame_mass=3000.0,
+    frame_roll_inertia=2260.0,
+    frame_yaw_inertia=3160.0,
+    body_mass=34000.0,
+    gravity=9.81,
+    wheel_radius=0.4575,
+    half_gauge=0.7176,
+    half_wheelbase=1.2,
+    frame_height=0.44,
+    conicity=0.05,
+    friction=0.2,
+    flange_clearance=0.00923,
+    lateral_creep=6.563e6,
+    lateral_spin_creep=1.2e3,
+    spin_creep=16.0,
+    longitudinal_creep=6.563e6,
+    vertical_rail_stiffness=62e6,
+    lateral_rail_stiffness=16.17e6,
+    primary_longitudinal_stiffness=86.7e3,
+    primary_lateral_stiffness=56.7e3,
+    primary_vertical_stiffness=750e3,
+    primary_longitudinal_damping=12e3,
+    primary_lateral_damping=12e3,
+    primary_vertical_damping=450e3,
+    primary_arm=0.978,
+    yaw_damper_c1=19.1e3,
+    yaw_damper_c2=514e3,
+    yaw_damper_c3=-3112.7e3,
+    yaw_damper_c4=5140e3,
+    secondary_longitudinal_stiffness=0.0,
+    secondary_lateral_stiffness=0.0,
+    secondary_vertical_stiffness=0.0,
+    secondary_longitudinal_damping=0.0,
+    secondary_lateral_damping=0.0,
+    secondary_vertical_damping=0.0,
+    secondary_arm=1.0,
+    wheelbase_curving=False,
+    load_bookkeeping="once",
+)
+"""The paper's bogie: Table 1 as printed, with the load carried once."""
+
+TABLE_1_PRINTED_LOADS = TABLE_1.replace(
+    name="TABLE_1_PRINTED_LOADS",
+    provenance="as TABLE_1, with the print's own load bookkeeping",
+    load_bookkeeping="printed",
+)
+"""The paper's bogie with the print's load bookkeeping: W_ext on each wheelset and on the frame."""
+
+HIGH_SPEED_COACH = TABLE_1.replace(
+    name="HIGH_SPEED_COACH",
+    provenance=(
+        "masses, inertias and suspension of the high-speed coach in Zhai, Vehicle-Track Coupled "
+        "Dynamics (appendix); contact and geometry of Table 1"
+    ),
+    wheelset_mass=1400.0,
+    primary_longitudinal_stiffness=10e6,
+    primary_lateral_stiffness=5e6,
+    primary_vertical_stiffness=0.55e6,
+    primary_longitudinal_damping=0.0,
+    primary_lateral_damping=0.0,
+    primary_vertical_damping=6e3,
+    primary_arm=1.0,
+    yaw_damper_c1=0.0,
+    yaw_damper_c2=0.0,
+    yaw_damper_c3=0.0,
+    yaw_damper_c4=0.0,
+    secondary_longitudinal_stiffness=0.15e6,
+    secondary_lateral_stiffness=0.15e6,
+    secondary_vertical_stiffness=0.40e6,
+    secondary_lateral_damping=60e3,
+    secondary_vertical_damping=80e3,
+)
+"""A high-speed coach of the kind whose masses Table 1 has; its critical speed lies near the paper's."""
+
+PRESETS = (TABLE_1, TABLE_1_PRINTED_LOADS, HIGH_SPEED_COACH)
+"""The vehicles that the package ships."""
+
+
+def preset(name: str) -> Vehicle:
+    """Return a shipped vehicle by its name.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no such vehicle.
+    """
+    by_name = {v.name: v for v in PRESETS}
+    checks.known("vehicle", [name], list(by_name))
+    return by_name[name]

@@ -1,0 +1,1 @@
+"""Tests of vehicles and the elements that they are assembled from."""
