@@ -158,7 +158,7 @@ class OurKernels:
         self.kernels.rk4_blocks(blocks, _NO_TABLES, h, steps, np.zeros(1, dtype=np.int64))
 
 
-_NO_TABLES = np.zeros(1)
+_NO_TABLES = None
 
 
 def compiled(text: str, flags: Sequence[str] = ()) -> CKernels:

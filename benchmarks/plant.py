@@ -44,7 +44,7 @@ def curving_state(model: railenv.Model) -> Array:
     return state + np.where(np.arange(model.n_states) < model.n_states // 2, 1e-4, 0.0)
 
 
-def buffer(model: railenv.Model, state: Array) -> tuple[Array, Array]:
+def buffer(model: railenv.Model, state: Array) -> tuple[Array, Array | None]:
     """Return a scalar kernel's buffer of a model in a state, on the curve, and the model's tables."""
     layout = model.kernels().LAYOUT
     w = np.zeros(layout.rows)
@@ -128,7 +128,7 @@ def _lane_action(
     return action
 
 
-def _compiled_loop() -> Callable[[Any, Array, Array, int], None]:
+def _compiled_loop() -> Callable[[Any, Array, Array | None, int], None]:
     """Return a compiled loop that calls a kernel on several buffers in turn.
 
     It leaves the cost of calls from Python out; several buffers keep the compiler from moving work
@@ -137,7 +137,7 @@ def _compiled_loop() -> Callable[[Any, Array, Array, int], None]:
     import numba
 
     @numba.njit
-    def loop(kernel: Any, buffers: Array, t: Array, rounds: int) -> None:
+    def loop(kernel: Any, buffers: Array, t: Array | None, rounds: int) -> None:
         for _ in range(rounds):
             for i in range(buffers.shape[0]):
                 kernel(buffers[i], t)

@@ -71,7 +71,7 @@ class Batch:
         n_blocks = -(-self.n // self._lanes)
         self._blocks = buffers.zeros((n_blocks, self._layout.j * self._lanes), dtype)
         tables, starts = pack([model.tables for model in models])
-        self._tables = tables.astype(dtype)
+        self._tables = None if tables is None else tables.astype(dtype)
         self._write(
             self._layout.p,
             self._layout.dx,

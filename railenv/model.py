@@ -276,8 +276,8 @@ class Model:
         """Return the compiled kernels; see ``railenv.kernels.loader``."""
         return loader.load(self._source, lanes, dtype, program)
 
-    def rows(self) -> tuple[list[float], Array]:
-        """Return what a buffer's parameter rows hold, and the tables that they point into."""
+    def rows(self) -> tuple[list[float], Array | None]:
+        """Return what a buffer's parameter rows hold, and the tables that they point into, if any."""
         packed, (starts,) = pack([self.tables])
         return [*self.parameters.values(), *starts], packed
 

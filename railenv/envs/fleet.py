@@ -117,7 +117,7 @@ class Fleet:
 
     # ------------------------------------------------------------------ what there is
 
-    @property
+    @cached_property
     def n_actuators(self) -> int:
         """Number of actuators of one vehicle."""
         return len(self.model.command_names)

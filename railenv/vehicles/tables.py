@@ -152,8 +152,10 @@ class Table:
         return Table.through(py, px, odd=odd, name=name)
 
 
-def pack(tables: Sequence[Mapping[str, Table]]) -> tuple[Array, list[list[float]]]:
+def pack(tables: Sequence[Mapping[str, Table]]) -> tuple[Array | None, list[list[float]]]:
     """Return all distinct tables in one vector, and where those of each system start in it.
+
+    Without tables there is no vector: None costs a call of a kernel less than an array.
 
     Parameters
     ----------
@@ -168,7 +170,8 @@ def pack(tables: Sequence[Mapping[str, Table]]) -> tuple[Array, list[list[float]
                 starts[table] = float(end)
                 parts.append(table.packed())
                 end += len(parts[-1])
-    return np.concatenate(parts), [[starts[t] for t in system.values()] for system in tables]
+    packed = np.concatenate(parts) if starts else None
+    return packed, [[starts[t] for t in system.values()] for system in tables]
 
 
 def _cells_of(x: Array, name: str) -> int:
