@@ -21,6 +21,7 @@ class Evaluator:
 
     def __init__(self, model: Model) -> None:
         self._kernels = model.kernels()
+        self._rhs, self._jacobian = self._kernels.rhs, self._kernels.dense_jacobian
         layout = self._kernels.LAYOUT
         self._w = np.zeros(layout.rows)
         self._w[layout.p : layout.dx], self._t = model.rows()
@@ -50,7 +51,7 @@ class Evaluator:
 
     def rhs(self) -> Array:
         """Return the derivatives, shape (n_states,)."""
-        self._kernels.rhs(self._w, self._t)
+        self._rhs(self._w, self._t)
         return self._dx.copy()
 
     def signals(self) -> Array:
@@ -64,5 +65,5 @@ class Evaluator:
         Shape (n_states, n_states + n_inputs + 3).
         """
         out = np.zeros(self._shape)
-        self._kernels.dense_jacobian(self._w, self._t, self._rows, self._columns, out)
+        self._jacobian(self._w, self._t, self._rows, self._columns, out)
         return out

@@ -286,7 +286,9 @@ def _runge_kutta(run: _Run, start: Array, times: Array, step: float | None) -> A
     return out[: kernels.rk4_record(w, t, h, stride, out)]
 
 
-def _driven(run: _Run, w: Array, t: Array | None, times: Array, h: float, stride: int) -> Iterator[Array]:
+def _driven(
+    run: _Run, w: Array, t: Array | None, times: Array, h: float, stride: int
+) -> Iterator[Array]:
     """Yield the states after the first, some rows at a time, while they are finite.
 
     ``w`` and ``t`` are the buffers of the kernel, ``stride`` the steps h from one row to the next.
@@ -304,7 +306,7 @@ def _driven(run: _Run, w: Array, t: Array | None, times: Array, h: float, stride
         row += rows
 
 
-def _by_scipy(run: _Run, start: Array | None, times: Array, method: str, rtol: float, atol: float) -> Array:
+def _by_scipy(run: _Run, start: Array, times: Array, method: str, rtol: float, atol: float) -> Array:
     from scipy import integrate
 
     model, m = run.model, run.model.n_inputs
