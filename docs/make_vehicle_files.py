@@ -13,7 +13,8 @@ sys.path += [str(DOCS), str(DOCS.parent)]
 
 from blocks import refilled  # noqa: E402
 
-from railenv.vehicles import files  # noqa: E402
+from railenv.vehicles import ParameterRecord, describe, files  # noqa: E402
+from railenv.vehicles.actuators import Actuator, Sensors  # noqa: E402
 from railenv.vehicles.elements import BODIES, ELEMENTS, Part  # noqa: E402
 
 PAGE = DOCS / "vehicle-files.md"
@@ -70,13 +71,40 @@ def whole() -> str:
     return "\n".join([_HEAD, *rows])
 
 
+def _number_rows(record: ParameterRecord, kind: type) -> list[str]:
+    """Rows of the numbers of actuators or sensors, with their defaults."""
+    fields = {f.name: f for f in dataclasses.fields(kind)}
+    return [
+        _row(r.name, r.unit, r.meaning, f"`{getattr(record, r.name):g}`", _allowed(fields[r.name]))
+        for r in describe(kind)
+    ]
+
+
+def actuator() -> str:
+    """Return the table of the fields of an actuator."""
+    where = [
+        _row("name", "", "of its states and its command", "the first body's name", "a word"),
+        _row("between", "", "bodies on which it acts and reacts", "must be given", "two names"),
+        _row("x", "m", "place of a lateral one along the vehicle", "`0`", "any number"),
+        _row("z", "m", "height of a lateral one", "`0`", "any number"),
+    ]
+    return "\n".join([_HEAD, *where, *_number_rows(Actuator.secondary(), Actuator)])
+
+
+def sensors() -> str:
+    """Return the table of the fields of the sensors."""
+    where = _row("bodies", "", "bodies that carry them", "the frames", "a list of names")
+    return "\n".join([_HEAD, where, *_number_rows(Sensors.standard(), Sensors)])
+
+
 def makers() -> dict[str, Callable[[], str]]:
     """Return what makes each block of the page."""
 
     def of(kind: type[Part]) -> Callable[[], str]:
         return lambda: table(kind)
 
-    return {"vehicle": whole, **{kind.kind: of(kind) for kind in (*BODIES, *ELEMENTS)}}
+    equipment = {"actuator": actuator, "sensors": sensors}
+    return {"vehicle": whole, **equipment, **{kind.kind: of(kind) for kind in (*BODIES, *ELEMENTS)}}
 
 
 def page(text: str) -> str:

@@ -43,15 +43,17 @@ class Equipped(Model):
         Any assembly, such as a Bogie, or equations of your own with ``bodies``.
     place : {"secondary", "primary", "both", "none"}, optional
         The usual yaw actuators: between frames and what is above them, between wheelsets and frames,
-        or both. "secondary" when left out, unless ``actuators`` are given.
+        or both. When left out, the actuators that the vehicle's assembly declares, or else
+        "secondary", or "primary" where no frame moves.
     actuator : Actuator, optional
         Of those; ``Actuator.secondary()`` or ``Actuator.primary()`` when left out.
     sensors : Sensors, optional
-        ``Sensors.standard()`` when left out.
+        When left out, those of the assembly, or ``Sensors.standard()``.
     actuators : sequence of YawActuator and LateralActuator, optional
         Instead of a place: any number, between any two bodies. All must have the same delay.
     sensed : sequence of str, optional
-        Bodies that carry sensors; the frames when left out, or the wheelsets where no frame moves.
+        Bodies that carry sensors; when left out those of the assembly, or the frames, or the wheelsets
+        where no frame moves.
 
     Raises
     ------
@@ -87,12 +89,18 @@ class Equipped(Model):
                 "(railenv.MovingBody)"
             )
         self.plant = plant
+        declared = mounting.assembly_of(plant)
+        if declared is not None:
+            sensors = declared.sensors if sensors is None else sensors
+            sensed = declared.sensed if sensed is None else sensed
+            if declared.actuators and place is None and actuator is None and actuators is None:
+                actuators = declared.actuators
         self.sensors = Sensors.standard() if sensors is None else sensors
         if not isinstance(self.sensors, Sensors):
             raise ParameterError(f"sensors is {self.sensors!r}; it must be a railenv.Sensors")
         self.place: str
         if actuators is None:
-            self.place = "secondary" if place is None else place
+            self.place = mounting.first_place(plant) if place is None else place
             mounted = _usual(plant, self.place, actuator)
         elif place is not None or actuator is not None:
             raise ParameterError(

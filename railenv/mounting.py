@@ -78,13 +78,14 @@ def first_place(plant: Model) -> Place:
     )
 
 
-def _assembly(plant: Model) -> Assembly | None:
+def assembly_of(plant: Model) -> Assembly | None:
+    """Return the parts of a plant; None for equations of one's own."""
     equations = plant.equations
     return equations.assembly if isinstance(equations, AssembledEquations) else None
 
 
 def _wheelsets(plant: Model) -> list[str]:
-    assembly = _assembly(plant)
+    assembly = assembly_of(plant)
     if assembly is not None:
         return [w.name for w in assembly.wheelsets]
     return [body.name for body in plant.equations.bodies if body.is_wheelset]
@@ -102,7 +103,7 @@ def _neighbours(assembly: Assembly, name: str) -> list[str]:
 
 def _primary(plant: Model) -> list[tuple[str, str]]:
     """Each wheelset with the frame that it is sprung to."""
-    assembly, wheelsets = _assembly(plant), _wheelsets(plant)
+    assembly, wheelsets = assembly_of(plant), _wheelsets(plant)
     if assembly is None:
         acted = {b.name for b in plant.equations.bodies if b.yaw_moment}
         frame = next((n for n in frames(plant) if n in acted), GROUND)
@@ -123,7 +124,7 @@ def frames(plant: Model) -> list[str]:
 
     In equations of one's own these are all that are no wheelsets.
     """
-    assembly, wheelsets = _assembly(plant), _wheelsets(plant)
+    assembly, wheelsets = assembly_of(plant), _wheelsets(plant)
     others = [name for name in plant.body_names if name not in wheelsets]
     if assembly is None or not wheelsets:
         return others
@@ -132,7 +133,7 @@ def frames(plant: Model) -> list[str]:
 
 def _secondary(plant: Model) -> list[tuple[str, str]]:
     """Each frame with the body that it carries, or the ground."""
-    assembly, wheelsets = _assembly(plant), _wheelsets(plant)
+    assembly, wheelsets = assembly_of(plant), _wheelsets(plant)
     own = frames(plant)
     if assembly is None:
         acted = {b.name for b in plant.equations.bodies if b.yaw_moment}
@@ -165,7 +166,7 @@ def lateral_rates(plant: Model, sensed: Sequence[str]) -> tuple[str, ...]:
     ParameterError
         If a body does not move sideways.
     """
-    if _assembly(plant) is not None:
+    if assembly_of(plant) is not None:
         return tuple(f"dy_{name}" for name in sensed)
     by_name = {body.name: body for body in plant.equations.bodies}
     found = []
@@ -179,7 +180,7 @@ def lateral_rates(plant: Model, sensed: Sequence[str]) -> tuple[str, ...]:
 
 def wheelsets_with_forces(plant: Model) -> tuple[str, ...]:
     """Return the wheelsets whose guiding forces the equations tell."""
-    assembly = _assembly(plant)
+    assembly = assembly_of(plant)
     return () if assembly is None else tuple(w.name for w in assembly.wheelsets)
 
 

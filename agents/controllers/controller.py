@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from railenv import Equipped, Model, checks, mounting
+from railenv import Equipped, Model, checks
 from railenv.envs.fleet import BOUND
 from railenv.envs.observation import Reading
 from railenv.errors import ParameterError, shown
@@ -136,7 +136,7 @@ def equipped(model: Model) -> Equipped:
                 "or actuators be given"
             )
         return model
-    return Equipped(model, mounting.first_place(model))
+    return Equipped(model)
 
 
 def check_single_actuator(model: Equipped, what: str) -> None:

@@ -15,7 +15,6 @@ from railenv.cli.common import out, print_json
 from railenv.cli.options import JsonOption
 from railenv.errors import ParameterError
 from railenv.kernels.loader import cache_directory
-from railenv.mounting import first_place
 from railenv.vehicles.lookup import named
 
 if TYPE_CHECKING:
@@ -81,7 +80,7 @@ def _own(file: str) -> Iterator[Job]:
     yield from _of_model(model)
     if not model.guided:
         return
-    actuated = railenv.Equipped(model, first_place(model))
+    actuated = railenv.Equipped(model)
     yield from _of_model(actuated, lanes=False)
     yield from _of_environments(actuated)
 

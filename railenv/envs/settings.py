@@ -69,8 +69,9 @@ class Settings:
     model : Model, optional
         Instead of a vehicle: any model that says what its bodies are, or a :class:`railenv.Equipped`
         with its own actuators and sensors.
-    actuator : {"secondary", "primary", "both", "none"}
-        Where the yaw actuators are.
+    actuator : {"secondary", "primary", "both", "none"}, optional
+        Where the yaw actuators are; None: those of the assembly or model, as of
+        :class:`railenv.Equipped`, which is the default with one.
     actuator_model : Actuator, optional
         Their limits and lag; realistic ones for their place when left out.
     sensors : Sensors, optional
@@ -109,7 +110,7 @@ class Settings:
     plant: Literal["bogie", "dual_wheelset"]
     vehicle: Vehicle | Assembly
     model: Model | None = None
-    actuator: Place
+    actuator: Place | None
     actuator_model: Actuator | None = None
     sensors: Sensors | None = None
     observation: Observation = "state"
@@ -139,14 +140,16 @@ class Settings:
             raise ParameterError(f"model is {shown(self.model)}; it must be a railenv.Model")
         for name in ("actuator", "observation", "track", "irregularity"):
             value = getattr(self, name)
-            if not isinstance(value, str) and not (name == "irregularity" and value is None):
+            optional = name in ("actuator", "irregularity")
+            if not isinstance(value, str) and not (optional and value is None):
                 raise ParameterError(f"{name} is {shown(value)}; it must be a name")
         for name, choices in (
             ("actuator", PLACES),
             ("observation", get_args(Observation)),
             ("track", get_args(TrackPlan)),
         ):
-            checks.known(name, [getattr(self, name)], choices)
+            if getattr(self, name) is not None:
+                checks.known(name, [getattr(self, name)], choices)
         if self.irregularity is not None:
             checks.known("irregularity", [self.irregularity], get_args(Level))
         self._check_model()
@@ -261,4 +264,6 @@ def settings(plant: Literal["bogie", "dual_wheelset"], keywords: Mapping[str, An
     """
     names = [f.name for f in dataclasses.fields(Settings) if f.name != "plant"]
     checks.known("keyword of the environment", keywords, names)
-    return Settings(plant=plant, **{**_DEFAULTS[plant], **keywords})
+    own = isinstance(keywords.get("vehicle"), Assembly) or keywords.get("model") is not None
+    defaults = {**_DEFAULTS[plant], **({"actuator": None} if own else {})}
+    return Settings(plant=plant, **{**defaults, **keywords})

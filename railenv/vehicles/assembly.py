@@ -27,6 +27,7 @@ from railenv.equations.coordinates import (
 from railenv.equations.functions import Scalar
 from railenv.errors import ParameterError, UnknownNameError, shown
 from railenv.vehicles import files
+from railenv.vehicles.actuators import Sensors, YawActuator
 from railenv.vehicles.elements import (
     BODIES,
     ELEMENTS,
@@ -68,6 +69,11 @@ class Assembly:
         they do not (as in the paper).
     provenance : str
         Where the numbers come from.
+    actuators : sequence of YawActuator and LateralActuator, optional
+        What the vehicle carries; :class:`railenv.Equipped` takes it unless told otherwise.
+    sensors : Sensors, optional
+    sensed : sequence of str, optional
+        Bodies that carry the sensors.
 
     Raises
     ------
@@ -92,6 +98,9 @@ class Assembly:
     gravity: Number = GRAVITY
     wheelbase_curving: Number = 1.0
     provenance: str = ""
+    actuators: tuple[YawActuator, ...] = ()
+    sensors: Sensors | None = None
+    sensed: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
         for field, kinds in (("bodies", BODIES), ("elements", ELEMENTS)):
@@ -106,6 +115,7 @@ class Assembly:
         numbers = {name: checks.number(name, value) for name, value in given.items()}
         object.__setattr__(self, "parameters", numbers)
         self._check_structure()
+        self._check_equipment()
         self.check(self.values)
 
     # -------------------------------------------------------------------------- files
@@ -190,6 +200,28 @@ class Assembly:
                 f"nothing holds {', '.join(loose)} of {self.name} to the ground: no chain of force "
                 "elements leads to a wheelset or to the ground"
             )
+
+    def _check_equipment(self) -> None:
+        """Check that actuators and sensors are on bodies that move."""
+        moving = [body.name for body in self.bodies if isinstance(body, Body)]
+        object.__setattr__(self, "actuators", tuple(self.actuators))
+        for actuator in self.actuators:
+            given: Any = actuator
+            if not isinstance(given, YawActuator):
+                raise ParameterError(
+                    f"actuators has {shown(given)}; it may have railenv.YawActuator and LateralActuator"
+                )
+            checks.known(f"body of actuator {actuator.name}", actuator.between, [*moving, GROUND])
+        if not isinstance(self.sensors, (Sensors, type(None))):
+            raise ParameterError(f"sensors is {shown(self.sensors)}; it must be a railenv.Sensors")
+        if self.sensed is not None:
+            bodies: Any = self.sensed
+            if isinstance(bodies, str) or not isinstance(bodies, Sequence):
+                raise ParameterError(
+                    f"bodies that carry sensors are {shown(bodies)}; they must be a list of names"
+                )
+            checks.known("body that carries sensors", bodies, moving)
+            object.__setattr__(self, "sensed", tuple(bodies))
 
     def _loose(self) -> list[str]:
         """Bodies from which no chain of elements leads to the rails or the ground."""

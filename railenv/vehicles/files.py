@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from railenv import checks
 from railenv.errors import ParameterError, shown
+from railenv.vehicles import carried
 from railenv.vehicles.elements import BODIES, ELEMENTS, Part
 
 if TYPE_CHECKING:
@@ -66,7 +67,7 @@ def fields_of(data: Mapping[str, Any], source: str) -> dict[str, Any]:
     UnknownNameError
         If there is a name that a file cannot have.
     """
-    checks.known(f"name in {source}", data, [*PLAIN, *KINDS])
+    checks.known(f"name in {source}", data, [*PLAIN, *KINDS, *carried.ACTUATORS, carried.SENSORS])
     plain = {name: data[name] for name in PLAIN if name in data}
     bodies = [part for kind in BODIES for part in _parts(kind, data, source)]
     elements = [part for kind in ELEMENTS for part in _parts(kind, data, source)]
@@ -74,7 +75,8 @@ def fields_of(data: Mapping[str, Any], source: str) -> dict[str, Any]:
     for name in ("name", "provenance"):
         if not isinstance(plain.get(name, ""), str):
             raise ParameterError(f"{name} in {source} is {shown(plain[name])}; it must be a text")
-    return {**plain, "bodies": bodies, "elements": elements}
+    equipment = {"actuators": carried.actuators(data, source), **carried.sensors(data, source)}
+    return {**plain, "bodies": bodies, "elements": elements, **equipment}
 
 
 def _parts(kind: type[Part], data: Mapping[str, Any], source: str) -> list[Part]:
@@ -136,6 +138,12 @@ def text_of(assembly: Assembly, units: Mapping[str, str] | None = None) -> str:
             for table in tables:
                 array.append(table)
             document.add(kind.kind, array)
+    for name, given in carried.tables(assembly.actuators).items():
+        document.add(name, tomlkit.item(given))
+    if assembly.sensors is not None or assembly.sensed is not None:
+        bodies = {} if assembly.sensed is None else {"bodies": list(assembly.sensed)}
+        numbers = {} if assembly.sensors is None else dataclasses.asdict(assembly.sensors)
+        document.add(carried.SENSORS, tomlkit.item({**bodies, **numbers}))
     return tomlkit.dumps(document)
 
 

@@ -7,6 +7,7 @@ import pytest
 import tomlkit
 
 import railenv
+from railenv.envs.settings import settings
 from railenv.errors import ParameterError, UnknownNameError
 from railenv.vehicles import elements, files
 from railenv.vehicles.assembly import Assembly
@@ -288,3 +289,88 @@ def test_damaged_files_raise_nothing_else(tmp_path):
             path.write_text(tomlkit.dumps(changed), encoding="utf-8")
             with contextlib.suppress(ParameterError):
                 railenv.Assembled(Assembly.from_toml(path))
+
+
+# ---------------------------------------------------------------------------- equipment
+
+EQUIPMENT = """
+[[yaw_actuator]]
+between = ["b", "ground"]
+limit = 20e3
+
+[[lateral_actuator]]
+name = "hold_off"
+between = ["b", "w1"]
+z = 0.2
+limit = 8e3
+
+[sensors]
+bodies = ["w1", "b"]
+gyro_bandwidth = 30.0
+"""
+
+
+def equipped_file(tmp_path, equipment=EQUIPMENT):
+    path = tmp_path / "equipped.toml"
+    text = railenv.Bogie(railenv.HIGH_SPEED_COACH).assembly.to_toml()
+    path.write_text(text + equipment, encoding="utf-8")
+    return path
+
+
+def test_actuators_and_sensors_of_a_file_are_what_the_vehicle_carries(tmp_path):
+    vehicle = railenv.Assembly.from_toml(equipped_file(tmp_path))
+    model = railenv.Equipped(railenv.Assembled(vehicle))
+    assert model.command_names == ("command_b", "command_hold_off")
+    assert model.limits.tolist() == [20e3, 8e3]
+    assert [mount.acts for mount in model.equipment.mounts] == ["yaw", "lateral"]
+    assert model.sensed == ("w1", "b")
+    assert model.sensors == railenv.Sensors.standard().replace(gyro_bandwidth=30.0)
+    usual = railenv.Equipped(railenv.Assembled(vehicle), "primary", sensed=["b"])
+    assert usual.command_names == ("command_w1", "command_w2")
+    assert usual.sensed == ("b",)
+    bare = railenv.Assembled(railenv.Bogie(railenv.HIGH_SPEED_COACH).assembly)
+    assert railenv.Assembled(vehicle).structure == bare.structure  # they share the plant's kernels
+
+
+def test_file_with_equipment_comes_back_equal(tmp_path):
+    vehicle = railenv.Assembly.from_toml(equipped_file(tmp_path))
+    again = tmp_path / "again.toml"
+    vehicle.replace(conicity=0.1).to_toml(again)
+    found = railenv.Assembly.from_toml(again)
+    assert (found.actuators, found.sensors, found.sensed) == (
+        vehicle.actuators,
+        vehicle.sensors,
+        vehicle.sensed,
+    )
+    assert found.parameters["conicity"] == 0.1
+
+
+def test_environment_of_a_file_has_its_actuators(tmp_path):
+    vehicle = railenv.Assembly.from_toml(equipped_file(tmp_path))
+    own = settings("bogie", {"vehicle": vehicle}).equipped
+    assert own.command_names == ("command_b", "command_hold_off")
+    usual = settings("bogie", {"vehicle": vehicle, "actuator": "none"}).equipped
+    assert usual.command_names == ()
+
+
+@pytest.mark.parametrize(
+    ("equipment", "message"),
+    [
+        ("[[yaw_actuator]]\nlimit = 1.0", "yaw_actuator number 1 in .* lacks between"),
+        ('[[yaw_actuator]]\nbetween = ["b", "roof"]', "unknown body of actuator b: 'roof'"),
+        ('[[yaw_actuator]]\nbetween = ["b", "ground"]\nlimt = 1.0', "did you mean 'limit'"),
+        ('[[yaw_actuator]]\nbetween = ["b", "ground"]\nlimit = -1.0', "limit is -1 N m"),
+        ("yaw_actuator = 5", "yaw_actuator in .* must be tables"),
+        ('[sensors]\nbodies = ["roof"]', "unknown body that carries sensors: 'roof'"),
+        ('[sensors]\nbodies = "b"', "they must be a list of names"),
+        ("[sensors]\nnoise = 1.0", "unknown field of sensors"),
+        ("sensors = 5", "it must be a table"),
+    ],
+)
+def test_equipment_that_cannot_be_is_named(tmp_path, equipment, message):
+    path = equipped_file(tmp_path, "")
+    text = path.read_text(encoding="utf-8")
+    parts = (text, equipment) if equipment.startswith("[") else (equipment, text)
+    path.write_text("\n".join(parts), encoding="utf-8")
+    with pytest.raises(ParameterError, match=message):
+        railenv.Assembly.from_toml(path)
