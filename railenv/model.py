@@ -144,7 +144,8 @@ class Model:
     @property
     def structure(self) -> str:
         """What the model is made of, but the numbers: models of one structure share their kernels."""
-        return f"equations {hashlib.sha256(self._text.encode()).hexdigest()}"
+        text = hashlib.sha256(self._text.encode()).hexdigest()
+        return f"equations {text} {self.equations.bodies}"  # equipment is mounted on the bodies
 
     @property
     def _source(self) -> str:

@@ -22,7 +22,10 @@ _WRITERS = (
     "railenv.equations",
     "railenv.kernels.graph",
     "railenv.kernels.source",
+    "railenv.equipment",
+    "railenv.models",
     "railenv.vehicles.assembly",
+    "railenv.vehicles.declared",
     "railenv.vehicles.elements",
     "railenv.vehicles.expressions",
 )

@@ -90,7 +90,9 @@ def test_usual_equipment_of_any_vehicle():
     assert EQUIPPED["both"]().vehicle_name == "HIGH_SPEED_COACH"
 
 
-@every
+@pytest.mark.parametrize(
+    "name", [n if n == "own" else pytest.param(n, marks=pytest.mark.slow) for n in EQUIPPED]
+)
 def test_evaluation(name):
     model = EQUIPPED[name]()
     controller = agents.LQR.design(model, speed=SPEED[name])

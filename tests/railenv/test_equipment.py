@@ -321,3 +321,22 @@ def test_actuators_of_the_cooperrider_bogie_react_once():
     change = dict(zip(lifted.state_names, lifted.rhs(x, speed=50.0) - base, strict=True))
     assert change["dpsi_w1"] * p.wheelset_yaw_inertia == pytest.approx(1e3)
     assert change["dpsi_b"] == pytest.approx(0.0, abs=1e-12)
+
+
+def two_masses(x, u, speed, curvature, cant, p):
+    a, b, da, db = x
+    return [da, db, -p.k * a + u[0], -p.k * b + u[1]]
+
+
+def test_the_same_equations_with_other_bodies_have_kernels_of_their_own():
+    found = []
+    for own in ("F_a", "F_b"):
+        body = railenv.MovingBody(name="w", y=own[-1], lateral_force=own)
+        plant = railenv.Model(
+            "two masses", ["a", "b", "da", "db"], ["F_a", "F_b"], two_masses, {"k": 4.0}, bodies=[body]
+        )
+        model = railenv.Equipped(plant, actuators=[lateral("w")])
+        x = np.zeros(model.n_states)
+        x[model.state_names.index("F_w")] = 3.0
+        found.append(model.rhs(x, speed=20.0)[2:4].tolist())
+    assert found == [[3.0, 0.0], [0.0, 3.0]]
