@@ -3,60 +3,18 @@
 import copy
 import dataclasses
 import pickle
-import sys
 from importlib.util import find_spec
 
-import gymnasium
 import numpy as np
 import pytest
 
-from railenv.envs.rendering import History, Outline, Renderer, Scene, chart, colours, layout, plan
-from railenv.errors import ParameterError
+from railenv.envs.rendering import History, Outline, Renderer, chart, colours, layout, plan
+from tests.railenv.scenes import DELTA, make_bodies, make_history, make_scene
 
 needs_pygame = pytest.mark.skipif(find_spec("pygame") is None, reason="the extra `render` is absent")
 
-DELTA = 0.00923
 PLAN = (slice(90, 340), slice(20, 610))
 """Rows and columns of the plan view, inside its frame."""
-
-
-def make_history(seconds=2.0, actuators=1, amplitude=4e-3, dt=0.005):
-    time = dt * np.arange(round(seconds / dt) + 1)
-    phase = 2.0 * np.pi * 3.0 * time
-    y = amplitude * np.column_stack([np.sin(phase), np.sin(phase - 1.0)])
-    action = np.column_stack(
-        [np.sin(phase + k) for k in range(actuators)] or [np.zeros((len(time), 0))]
-    )
-    return History(time, y, action)
-
-
-def make_bodies(y=(0.0, 0.0), yaw=(0.0, 0.0), frame=True):
-    bodies = np.zeros((3 if frame else 2, 4))
-    bodies[:2, 0], bodies[:2, 3] = y, yaw
-    if frame:
-        bodies[2, 0] = np.mean(y)
-    return bodies
-
-
-def make_scene(**changes):
-    values = {
-        "time": 12.0,
-        "speed": 85.0,
-        "curvature": 0.0,
-        "cant": 0.0,
-        "critical_speed": None,
-        "bodies": make_bodies(),
-        "rail": np.zeros(2),
-        "half_gauge": 0.7176,
-        "half_wheelbase": 1.2,
-        "wheel_radius": 0.4575,
-        "flange_clearance": DELTA,
-        "history": make_history(),
-        "derailed": None,
-    }
-    values.update(changes)
-    values.setdefault("equilibrium", np.zeros(np.shape(values["bodies"])))
-    return Scene(**values)
 
 
 @pytest.fixture
@@ -418,94 +376,3 @@ def test_window_reopens_after_pygame_quit_elsewhere(dummy_display):
     renderer.draw(make_scene(speed=55.5))
     assert dummy_display.get_surface() is not None
     renderer.close()
-
-
-# ----------------------------------------------------------------------------- errors
-
-
-def test_missing_pygame_says_how_to_install_it(monkeypatch):
-    monkeypatch.setitem(sys.modules, "pygame", None)
-    with pytest.raises(gymnasium.error.DependencyNotInstalled, match=r"pip install 'railenv\[render\]"):
-        Renderer("rgb_array", fps=50)
-
-
-def test_importing_the_module_does_not_import_pygame():
-    import subprocess
-
-    code = "import sys, railenv.envs.rendering; sys.exit('pygame' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
-
-
-@needs_pygame
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"mode": "ansi"}, "mode is 'ansi'"),
-        ({"fps": 0}, "fps is 0"),
-        ({"fps": "fast"}, "fps is 'fast'"),
-        ({"size": (100, 100)}, "size is 100 x 100"),
-        ({"size": 960}, "size is 960"),
-        ({"size": (960, 600, 3)}, "size is"),
-    ],
-)
-def test_impossible_settings_are_refused(arguments, message):
-    with pytest.raises(ParameterError, match=message):
-        Renderer(**{"mode": "rgb_array", "fps": 50, **arguments})
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"bodies": np.zeros((3, 5))}, r"bodies has shape \(3, 5\); it must be \(n, 4\)"),
-        ({"bodies": np.zeros((4, 4))}, r"bodies has shape \(4, 4\); it must be \(2, 4\) or \(3, 4\)"),
-        ({"bodies": np.full((3, 4), np.nan)}, "bodies has entries that are not finite"),
-        ({"bodies": "none"}, "bodies is 'none'"),
-        ({"equilibrium": np.zeros((2, 4))}, r"equilibrium has shape \(2, 4\); it must be \(3, 4\)"),
-        ({"rail": np.zeros(3)}, r"rail has shape \(3,\); it must be \(2,\)"),
-        ({"half_gauge": 0.0}, "half_gauge is 0 m"),
-        ({"half_wheelbase": -1.0}, "half_wheelbase is -1 m"),
-        ({"wheel_radius": np.inf}, "wheel_radius is inf"),
-        ({"flange_clearance": None}, "flange_clearance is None"),
-        ({"speed": 0.0}, "speed is 0 m/s"),
-        ({"critical_speed": -1.0}, "critical_speed is -1 m/s"),
-        ({"curvature": 2.0}, "curvature is 2 1/m"),
-        ({"cant": 1.0}, "cant is 1 rad"),
-        ({"time": np.nan}, "time is nan"),
-        ({"history": None}, "history is None"),
-        ({"history": History(np.arange(3), np.zeros((3, 1)), np.zeros((3, 1)))}, "has 1 columns"),
-        ({"wheelsets": (-1.0, 1.0)}, "places must fall"),
-        ({"wheelsets": (1.0, 0.0, -1.0), "outlines": (Outline(0.0, 1.0),)}, r"must be \(4, 4\), for 3"),
-        ({"derailed": True}, "derailed is True"),
-    ],
-)
-def test_impossible_scene_is_refused(changes, message):
-    with pytest.raises(ParameterError, match=message):
-        make_scene(**changes)
-
-
-@pytest.mark.parametrize(
-    ("arrays", "message"),
-    [
-        ((np.zeros((3, 1)), np.zeros((3, 2)), np.zeros((3, 1))), r"history.time has shape \(3, 1\)"),
-        ((np.arange(3), np.zeros(3), np.zeros((3, 1))), r"history.y has shape \(3,\)"),
-        ((np.arange(3), np.zeros((3, 2)), np.zeros(3)), r"history.action has shape \(3,\)"),
-        ((np.arange(3), np.zeros((3, 2)), np.zeros((2, 1))), r"must be \(3, n\)"),
-        ((np.zeros(3), np.zeros((3, 2)), np.zeros((3, 1))), "must increase"),
-    ],
-)
-def test_impossible_history_is_refused(arrays, message):
-    with pytest.raises(ParameterError, match=message):
-        History(*arrays)
-
-
-def test_scene_keeps_its_own_copy():
-    bodies = make_bodies()
-    scene = make_scene(bodies=bodies)
-    bodies[0, 0] = 1.0
-    assert scene.bodies[0, 0] == 0.0
-
-
-def test_exaggeration_keeps_the_clearance_visible():
-    assert make_scene().exaggeration == 25.0
-    assert make_scene(flange_clearance=0.005).exaggeration == 50.0
-    assert make_scene(flange_clearance=10.0).exaggeration == 1.0
