@@ -26,7 +26,7 @@ warm: $(INSTALLED) ## compile all kernels ahead of their first use (minutes)
 	$(BIN)/railenv warm
 
 test: $(DEVELOPED) ## run the tests except those marked slow
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 lint: $(DEVELOPED) ## check style, formatting, types and the order of imports
 	$(BIN)/ruff check .

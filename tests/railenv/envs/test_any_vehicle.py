@@ -9,6 +9,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import railenv
+from railenv.envs.settings import settings
 from railenv.equations.functions import tanh
 from railenv.errors import ParameterError, UnknownNameError
 
@@ -222,11 +223,12 @@ def test_unknown_pins_say_what_may_be_pinned(keywords):
 
 
 def test_a_body_at_rest_has_no_actuator_above_it():
-    dual = railenv.DualWheelset(railenv.TABLE_1).assembly
+    dual = dataclasses.replace(railenv.DualWheelset(railenv.TABLE_1).assembly, name="dual_wheelset")
+    assert settings("bogie", {"vehicle": dual}).equipped.command_names == ("command_w1", "command_w2")
     with pytest.raises(
         ParameterError, match="place is 'secondary'; actuators of a dual_wheelset are at"
     ):
-        make(vehicle=dataclasses.replace(dual, name="dual_wheelset"))
+        make(vehicle=dual, actuator="secondary")
 
 
 # -------------------------------------------------------------------------------- pictures
