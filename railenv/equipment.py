@@ -263,14 +263,6 @@ class Equipped(Model):
         """Load (N) that one wheelset brings on the rails at rest."""
         return self.plant.axle_load
 
-    def with_plant(self, plant: Model) -> Self:
-        """Return another plant of the same structure with this equipment."""
-        model = copy.copy(self)
-        model.plant = plant
-        e = self.equipment
-        model._equip(e.mounts, self.groups, self._places, e.sensed)
-        return model
-
     def replace(self, **changes: Any) -> Self:
         """Return the same model with some numbers of its plant, actuators or sensors changed.
 

@@ -233,11 +233,6 @@ class Element(Part):
         super().__post_init__()
 
     @property
-    def stiff(self) -> bool:
-        """Whether the element holds its bodies together at rest."""
-        return False
-
-    @property
     def own_states(self) -> tuple[str, ...]:
         """Names of the element's own states."""
         return ()
@@ -280,11 +275,6 @@ class Spring(_Paired):
     k_roll: Number = _nonnegative("N m/rad", "stiffness against rolling of its ends, about x")
     k_pitch: Number = _nonnegative("N m/rad", "stiffness against pitching of its ends, about y")
     k_yaw: Number = _nonnegative("N m/rad", "stiffness against yawing of its ends, about z")
-
-    @property
-    def stiff(self) -> bool:
-        """Whether the element holds its bodies together at rest."""
-        return any(k is not None for k in (self.k_x, self.k_y, self.k_z))
 
 
 _AXIS = ("x", "y", "z")
