@@ -11,6 +11,7 @@ from importlib import import_module as _import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from railenv.contact.laws import ArcProfile, Cone, LinearProfile
     from railenv.equilibrium import Equilibrium, find_equilibrium
     from railenv.equipment import Equipped
     from railenv.errors import (
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _MODULES = {
+    "contact.laws": ("ArcProfile", "Cone", "LinearProfile"),
     "equilibrium": ("Equilibrium", "find_equilibrium"),
     "equipment": ("Equipped",),
     "errors": (
@@ -79,10 +81,12 @@ __all__ = [
     "TABLE_1",
     "TABLE_1_PRINTED_LOADS",
     "Actuator",
+    "ArcProfile",
     "Assembled",
     "Assembly",
     "Bogie",
     "CompilationError",
+    "Cone",
     "CooperriderBogie",
     "CooperriderParameters",
     "DualWheelset",
@@ -91,6 +95,7 @@ __all__ = [
     "EquilibriumError",
     "Equipped",
     "LateralActuator",
+    "LinearProfile",
     "MissingPackageError",
     "Model",
     "MovingBody",
@@ -115,7 +120,7 @@ if not TYPE_CHECKING:  # type checkers read the imports above
             value = getattr(_import_module(f"railenv.{_HOME[name]}"), name)
             globals()[name] = value  # the next time it is found at once
             return value
-        if name in (*_MODULES, "batch", "checks", "envs", "irregularity"):
+        if name in (*_MODULES, "batch", "checks", "contact", "envs", "irregularity", "tables"):
             return _import_module(f"railenv.{name}")
         raise AttributeError(f"module 'railenv' has no attribute {name!r}")
 

@@ -14,7 +14,7 @@ from railenv.errors import ParameterError, shown
 from railenv.kernels import buffers, loader, pool
 from railenv.model import Model
 from railenv.threads import usable_threads
-from railenv.vehicles.tables import pack
+from railenv.tables import pack
 
 THREAD_PAYS_FROM = 1000
 """Steps of one system that are work enough for a thread (some 0.1 ms)."""

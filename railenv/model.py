@@ -21,7 +21,7 @@ from railenv.kernels import loader, store
 from railenv.vehicles.declared import DeclaredEquations, MovingBody
 from railenv.vehicles.elements import GRAVITY
 from railenv.vehicles.guided import Guided
-from railenv.vehicles.tables import Table, pack
+from railenv.tables import Table, pack
 
 if TYPE_CHECKING:
     import control

@@ -5,6 +5,7 @@ A :class:`railenv.Model` made from equations of your own is used in the same way
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from functools import cache
 from typing import Any, Self
@@ -12,6 +13,7 @@ from typing import Any, Self
 from numpy.typing import ArrayLike
 
 from railenv import checks
+from railenv.contact.laws import ContactLaw
 from railenv.equations import cooperrider
 from railenv.equations.contact import Wheel, wheel
 from railenv.equations.coordinates import Running, irregularity_names, rails
@@ -21,8 +23,9 @@ from railenv.model import Model, check_names
 from railenv.vehicles import COOPERRIDER, QUANTITIES, TABLE_1, CooperriderParameters, Vehicle, files
 from railenv.vehicles.assembly import AssembledEquations, Assembly
 from railenv.vehicles.declared import DeclaredEquations, MovingBody
-from railenv.vehicles.guided import Guided
-from railenv.vehicles.tables import Table
+from railenv.vehicles.elements import Wheelset
+from railenv.vehicles.guided import KINEMATIC_AMPLITUDE, Guided
+from railenv.tables import Table
 
 __all__ = ["Assembled", "Bogie", "CooperriderBogie", "DualWheelset", "Model"]
 
@@ -120,15 +123,19 @@ class Assembled(Model):
     def guided(self) -> tuple[Guided, ...]:
         """The wheelsets."""
         found = []
-        for w in self.equations.assembly.with_numbers(self._values).wheelsets:
+        assembly = self.equations.assembly
+        for w in assembly.with_numbers(self._values).wheelsets:
+            law = self.contact_law(w.name)
             found.append(
                 Guided(
                     name=w.name,
                     x=float(w.x),
-                    clearance=float(w.flange_clearance),
+                    clearance=float(w.flange_clearance)
+                    if law.flange_clearance is None
+                    else law.flange_clearance,
                     half_gauge=float(w.half_gauge),
                     wheel_radius=float(w.wheel_radius),
-                    conicity=float(w.conicity),
+                    conicity=law.linear(KINEMATIC_AMPLITUDE).conicity,
                     y=f"y_{w.name}",
                     psi=f"psi_{w.name}",
                     dy=f"dy_{w.name}",
@@ -136,6 +143,10 @@ class Assembled(Model):
                 )
             )
         return tuple(found)
+
+    def contact_law(self, wheelset: str) -> ContactLaw:
+        """Return the contact law of a wheelset's left wheel, with its numbers."""
+        return self._given.contact_law(wheelset)
 
     @property
     def _values(self) -> dict[str, Any]:
@@ -180,7 +191,14 @@ class _VehicleModel(Assembled):
         if not isinstance(vehicle, Vehicle):
             raise ParameterError(f"vehicle is {vehicle!r}; it must be a railenv.Vehicle")
         self.vehicle = vehicle
-        self._set_assembled(self._name, _shipped_structure(self._name), vehicle.parameters(), {})
+        contact: Any = vehicle.contact
+        structure = _structure(self._name, contact.named(), _creep_options(vehicle))
+        tables = {
+            f"{w.name}_{field}": contact.table(field)
+            for w in structure.wheelsets
+            for field in contact.table_fields()
+        }
+        self._set_assembled(self._name, structure, vehicle.parameters(), tables)
 
     @property
     def vehicle_name(self) -> str:
@@ -190,10 +208,10 @@ class _VehicleModel(Assembled):
     @property
     def assembly(self) -> Assembly:
         """The vehicle's parts, with its numbers."""
-        own = {"name": self.vehicle.name, "provenance": self.vehicle.provenance}
-        return Assembly.described(
-            files.shipped(self._name), self._name, parameters=self.vehicle.parameters(), **own
-        )
+        vehicle: Any = self.vehicle
+        found = _assembly(self._name, vehicle.contact.named(), _creep_options(vehicle))
+        own = {"name": vehicle.name, "provenance": vehicle.provenance}
+        return dataclasses.replace(found, parameters=vehicle.parameters(), **own)
 
     @property
     def gravity(self) -> float:
@@ -208,18 +226,50 @@ class _VehicleModel(Assembled):
 
     @property
     def variable_names(self) -> tuple[str, ...]:
-        """Names of the vehicle's quantities, and ``creep_factor``."""
-        return (*QUANTITIES, "creep_factor")
+        """Names of the vehicle's quantities, those of its contact law, and ``creep_factor``."""
+        contact: Any = self.vehicle.contact
+        return (*QUANTITIES, *contact.number_fields(), "creep_factor")
+
+    def contact_law(self, wheelset: str) -> ContactLaw:
+        """Return the contact law of a wheelset's left wheel, with its numbers."""
+        law: Any = self.vehicle.contact
+        return law
 
     def replace(self, **changes: Any) -> Self:
         """Return the same model with some fields of its vehicle changed."""
         return type(self)(self.vehicle.replace(**changes))
 
 
+_LOAD = "(wheelset_mass + (frame_mass + body_mass / 2) / 2) * gravity / 2"
+"""Load of one wheel at rest."""
+
+
+def _creep_options(vehicle: Vehicle) -> tuple[tuple[str, str], ...]:
+    """Return what a wheelset of a vehicle says of its creep."""
+    options = {"saturation": vehicle.saturation, "saturation_of": vehicle.saturation_of}
+    if vehicle.saturation == "polach":
+        options |= {"polach_adhesion": "polach_adhesion", "polach_slip": "polach_slip"}
+    if vehicle.load_dependent_creep:
+        options["creep_load"] = _LOAD
+    return tuple(options.items())
+
+
 @cache
-def _shipped_structure(name: str) -> Assembly:
-    """Return one of the package's own assemblies, with some numbers."""
-    return Assembly.described(files.shipped(name), name, parameters=TABLE_1.parameters())
+def _structure(name: str, law: ContactLaw, creep: tuple[tuple[str, str], ...]) -> Assembly:
+    """Return one of the package's own assemblies whose numbers do not matter."""
+    return _assembly(name, law, creep)
+
+
+def _assembly(name: str, law: ContactLaw, creep: tuple[tuple[str, str], ...]) -> Assembly:
+    """Return one of the package's own assemblies with a contact law, and some numbers."""
+    fields = files.fields_of(files.shipped(name), name)
+    given: dict[str, Any] = {**dict(creep), "contact": law, "conicity": None}
+    fields["bodies"] = [
+        dataclasses.replace(body, **given) if isinstance(body, Wheelset) else body
+        for body in fields["bodies"]
+    ]
+    numbers = {field: law.example[field] for field in law.number_fields()}
+    return Assembly(**fields, parameters={**TABLE_1.parameters(), **numbers})
 
 
 class Bogie(_VehicleModel):

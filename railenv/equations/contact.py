@@ -1,17 +1,29 @@
 """Wheel-rail contact of one wheelset: eqs 1-5 and 9-11 of the paper, with the print's errors mended.
 
-Subscripts L and R are the left and right wheel. Names follow the paper: xi creepage, F* and M*
-Kalker's linear creep force and moment, N normal load, beta and alpha the creep saturation. What the
-print has wrong, and why, is in ``docs/physics.md``. ``p`` has the numbers of the wheelset and its
-contact as attributes (the fields of :class:`railenv.vehicles.elements.Wheelset`).
+Names follow the paper: xi creepage, F* and M* Kalker's linear creep force and moment, N normal load,
+beta and alpha the creep saturation. What the print has wrong, and why, is in ``docs/physics.md``.
+``p`` has the numbers of the wheelset as attributes (the fields of
+:class:`railenv.vehicles.elements.Wheelset`), and ``p.left`` and ``p.right`` those of the contact law of
+each wheel with the law itself, a :class:`railenv.equations.shapes.Law`.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
+from railenv.equations import creep
 from railenv.equations.coordinates import Motion, Rail, Running, Wrench
-from railenv.equations.functions import Scalar, positive_part, sqrt, tan, where_positive
+from railenv.equations.functions import (
+    Scalar,
+    cos,
+    exp,
+    log,
+    positive_part,
+    sin,
+    sqrt,
+    where_positive,
+)
+from railenv.equations.shapes import Touch
 
 CREEP_FORCE_FLOOR = 1e-3
 """N, joins the magnitude of a creep force smoothly at zero creep (its derivative stays finite)."""
@@ -20,109 +32,217 @@ FLANGE_BLEND = 2e-5
 """m, width over which the flange spring sets in (its derivative stays finite)."""
 
 
-class Wheel(NamedTuple):
-    """What one wheel feels in its contact plane and where the contact lies.
+class Point(NamedTuple):
+    """Where and how one wheel touches its rail.
 
-    ``slope`` is the angle by which the contact plane rises towards the wheel's own side.
+    ``incline`` is the tangent of the slope by which the contact plane rises towards the wheel's side,
+    ``stretch`` the length along the plane over that across the track.
     """
 
     side: int  # +1 left, -1 right
+    law: Scalar  # numbers of the contact law
+    anchor: Scalar  # lateral place and depth below the axle of the point of the rail that eta follows, m
+    level: Scalar
+    touch: Touch
+    compression: Scalar  # of the rail, m; negative where the wheel has lifted
     radius: Scalar  # rolling radius, m
-    slope: Scalar  # rad
-    normal_y: Scalar  # components of the normal load, N
-    normal_z: Scalar
-    normal: Scalar  # its magnitude, N
-    creep_x: Scalar  # Kalker's linear creep force, N
-    creep_y: Scalar
-    creep_moment: Scalar  # and spin moment, N m
+    incline: Scalar
+    stretch: Scalar
+    arm: Scalar  # lateral place of the contact from the wheelset's centre, m
 
 
-def wheel(side: int, w: Motion, rail: Rail, run: Running, p: Scalar) -> Wheel:
-    """Return normal load (eq 4) and linear creep forces (eq 1) of the left (+1) or right (-1) wheel."""
-    radius = p.wheel_radius + side * p.conicity * (w.y - rail.align)
-    slope = p.conicity + side * w.phi
-    normal_y, normal_z, normal = normal_load(side, slope, w, rail, p)
-    creep = kalker(creepages(side, radius, w, run, p), normal_z, p)
-    return Wheel(side, radius, slope, normal_y, normal_z, normal, *creep)
+def point(side: int, w: Motion, rail: Rail, p: Scalar) -> Point:
+    """Return the contact of the left (+1) or right (-1) wheel.
+
+    Irregularities move the rails: sideways by y_t, up by z_t on both sides and by a phi_t on the left.
+    """
+    law = p.left if side > 0 else p.right
+    anchor, level = reference(law, p)
+    y = w.y - rail.align
+    eta = side * (y + level * w.phi) + 0.5 * anchor * (w.phi * w.phi - w.psi * w.psi)
+    touch = law.law.touch(law, eta)
+    incline = touch.slope + side * w.phi
+    stretch = sqrt(1.0 + incline * incline)
+    wheel_rise = w.z + side * anchor * w.phi - touch.height - y * w.phi - 0.5 * level * w.phi * w.phi
+    rail_rise = rail.vert + side * p.half_gauge * rail.cross
+    return Point(
+        side,
+        law,
+        anchor,
+        level,
+        touch,
+        compression=rail_rise - wheel_rise,
+        radius=p.wheel_radius + side * 0.5 * p.radius_difference + touch.radius,
+        incline=incline,
+        stretch=stretch,
+        arm=side * (p.half_gauge + place(touch, incline, stretch, law)) - y,
+    )
 
 
-def normal_load(
-    side: int, slope: Scalar, w: Motion, rail: Rail, p: Scalar
-) -> tuple[Scalar, Scalar, Scalar]:
-    """Return lateral and vertical component and magnitude (N) of a wheel's normal load (eq 4).
+def reference(law: Scalar, p: Scalar) -> tuple[Scalar, Scalar]:
+    """Return lateral place and depth (m) below the axle of the point of the rail that eta follows.
+
+    That is the contact at eta = 0, or the centre of the rail's head where that is an arc.
+    """
+    if law.law.rail_radius is None:
+        return p.half_gauge, p.wheel_radius
+    head = law.law.rail_radius(law)
+    return p.half_gauge + head * sin(law.contact_angle), p.wheel_radius + head * cos(law.contact_angle)
+
+
+def place(touch: Touch, incline: Scalar, stretch: Scalar, law: Scalar) -> Scalar:
+    """Return the place of the contact on the rail, outwards from that at eta = 0 (m)."""
+    if law.law.rail_radius is None:
+        return touch.place
+    return law.law.rail_radius(law) * (incline / stretch - sin(law.contact_angle))
+
+
+class Normal(NamedTuple):
+    """The normal contact of one wheel: exact derivatives of the potential K c^2 / 2.
+
+    ``yaw`` is the moment on a wheelset that runs askew.
+    """
+
+    vertical: Scalar  # N_z, N
+    lateral: Scalar  # N_y, N
+    roll: Scalar  # N m, about the wheelset's centre
+    yaw: Scalar  # N m
+    magnitude: Scalar  # N, N
+
+
+def normal_contact(c: Point, w: Motion, rail: Rail, p: Scalar) -> Normal:
+    """Return the forces of the normal contact (eq 4), the derivative of its potential.
 
     A wheel that lifts carries no load (the print would pull it down).
     """
-    a, lam = p.half_gauge, p.conicity
-    # Displacements from the rails, which irregularities move: they set radius and compression only.
-    y, z, phi = w.y - rail.align, w.z - rail.vert, w.phi - rail.cross
-    normal_z = positive_part(-p.vertical_rail_stiffness * (z - side * (lam * y - a * phi)))
-    incline = tan(slope)
-    return -side * normal_z * incline, normal_z, normal_z * sqrt(1.0 + incline * incline)
+    load = positive_part(stiffness(c, p) * c.compression)
+    thrust = load * c.touch.slope  # of the potential, along eta
+    if c.law.law.has_flange:
+        thrust = thrust - load * load * c.touch.slope * c.touch.bend / p.lateral_rail_stiffness
+    y = w.y - rail.align
+    over = load * (c.side * c.anchor - y - c.level * w.phi)
+    return Normal(
+        vertical=load,
+        lateral=-c.side * thrust - load * w.phi,
+        roll=over - thrust * (c.side * c.level + c.anchor * w.phi),
+        yaw=thrust * c.anchor * w.psi,
+        magnitude=load * c.stretch,
+    )
+
+
+def stiffness(c: Point, p: Scalar) -> Scalar:
+    """Return the vertical stiffness (N/m) of the rail under a wheel.
+
+    Under a flange the rail yields sideways too, which the wheel feels as K tan^2 gamma.
+    """
+    if not c.law.law.has_flange:
+        return p.vertical_rail_stiffness
+    ratio = p.vertical_rail_stiffness / p.lateral_rail_stiffness
+    return p.vertical_rail_stiffness / (1.0 + ratio * c.touch.slope * c.touch.slope)
 
 
 class Creepage(NamedTuple):
-    """Longitudinal and lateral creepage (1), and spin (1/m), of one wheel."""
+    """Longitudinal and lateral creepage (1), and spin (1/m), of one wheel in its contact plane."""
 
     x: Scalar
     y: Scalar
     spin: Scalar
 
 
-def creepages(side: int, radius: Scalar, w: Motion, run: Running, p: Scalar) -> Creepage:
-    """Return the creepages of eq 1 (the print has a*psi where the rate a*psid belongs)."""
-    a, lam, V = p.half_gauge, p.conicity, run.speed
+def creepages(c: Point, w: Motion, run: Running, p: Scalar) -> Creepage:
+    """Return the creepages of eq 1 (the print has a*psi where the rate a*psid belongs).
+
+    The wheel follows its rail up and down, so along the contact plane it moves faster than across the
+    track.
+    """
+    turning = w.dpsi / run.speed - run.curvature
     return Creepage(
-        1.0 + side * a * run.curvature - radius / p.wheel_radius - side * a * w.dpsi / V,
-        (w.dy + radius * w.dphi) / V - w.psi,
-        w.dpsi / V - run.curvature - side * lam / p.wheel_radius,
+        1.0 - c.radius / p.wheel_radius - c.arm * turning,
+        ((w.dy + c.radius * w.dphi) / run.speed - w.psi) * c.stretch,
+        (turning - c.side * c.touch.slope / c.radius) / c.stretch,
     )
 
 
-def kalker(xi: Creepage, normal_z: Scalar, p: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+class Wheel(NamedTuple):
+    """What one wheel feels: its contact, normal load, and Kalker's linear creep force and moment."""
+
+    point: Point
+    normal: Normal
+    creep_x: Scalar  # N
+    creep_y: Scalar
+    creep_moment: Scalar  # N m
+
+
+def wheel(side: int, w: Motion, rail: Rail, run: Running, p: Scalar) -> Wheel:
+    """Return normal load (eq 4) and linear creep forces (eq 1) of the left (+1) or right (-1) wheel."""
+    found = point(side, w, rail, p)
+    normal = normal_contact(found, w, rail, p)
+    return Wheel(found, normal, *kalker(creepages(found, w, run, p), normal, p))
+
+
+def kalker(xi: Creepage, normal: Normal, p: Scalar) -> tuple[Scalar, Scalar, Scalar]:
     """Return Kalker's linear creep forces (N) along x and y and the spin moment (N m), eq 1.
 
     A wheel without load has no creep force.
     """
-    creep_x = -p.longitudinal_creep * xi.x
-    creep_y = -p.lateral_creep * xi.y - p.lateral_spin_creep * xi.spin
-    creep_moment = p.lateral_spin_creep * xi.y - p.spin_creep * xi.spin
+    size = growth(normal, p)  # of the contact ellipse; its axes go with the third root of the load
+    force, coupling = size * size, size * size * size
+    creep_x = -p.longitudinal_creep * force * xi.x
+    creep_y = -p.lateral_creep * force * xi.y - p.lateral_spin_creep * coupling * xi.spin
+    creep_moment = (
+        p.lateral_spin_creep * coupling * xi.y - p.spin_creep * force * force * xi.spin
+    )
+    load = normal.vertical
     return (
-        where_positive(normal_z, creep_x, 0.0),
-        where_positive(normal_z, creep_y, 0.0),
-        where_positive(normal_z, creep_moment, 0.0),
+        where_positive(load, creep_x, 0.0),
+        where_positive(load, creep_y, 0.0),
+        where_positive(load, creep_moment, 0.0),
     )
 
 
-def saturation(left: Wheel, right: Wheel, p: Scalar) -> Scalar:
-    """Saturation constant alpha of a wheelset (eq 2), the cubic of the heuristic creep model.
+def growth(normal: Normal, p: Scalar) -> Scalar:
+    """Return by which factor the axes of the contact ellipse differ from those at the load given.
 
-    The cubic meets 1/beta at beta = 3 with a continuous derivative, so no blend is needed there.
+    1 where the creep coefficients are constants (no ``creep_load``).
     """
-    beta = saturation_ratio(left, right, p)
-    excess = beta - 3.0
-    return where_positive(
-        excess,
-        1.0 / where_positive(excess, beta, 3.0),
-        1.0 - beta / 3.0 + beta * beta / 27.0,
-    )
+    if p.creep_load is None:
+        return 1
+    load = normal.magnitude
+    return exp(log(where_positive(load, load, p.creep_load) / p.creep_load) / 3.0)
 
 
-def saturation_ratio(left: Wheel, right: Wheel, p: Scalar) -> Scalar:
-    """Linear creep force over adhesion limit, beta, of a wheelset (eq 3).
+def saturation(left: Wheel, right: Wheel, p: Scalar) -> tuple[Scalar, Scalar]:
+    """Return the saturation constants alpha of both wheels (eqs 2 and 3).
 
-    The ratio of the sums over both wheels, so alpha (|F*_L| + |F*_R|) <= mu (N_L + N_R) whatever one
-    wheel carries.
+    One for both, as printed: the ratio of the sums over both wheels, so that alpha (|F*_L| + |F*_R|)
+    <= mu (N_L + N_R) whatever one wheel carries. Or one for each wheel.
     """
-    demand = creep_magnitude(left) + creep_magnitude(right)
-    load = left.normal + right.normal
-    return demand / (p.friction * where_positive(load, load, 1.0))  # demand is 0 with no load at all
+    if p.saturation_of == "wheel":
+        return share([left], p), share([right], p)
+    both = share([left, right], p)
+    return both, both
+
+
+def share(wheels: list[Wheel], p: Scalar) -> Scalar:
+    """Return alpha of some wheels together."""
+    beta = saturation_ratio(wheels, p)
+    if p.saturation == "polach":
+        return creep.polach(beta, p.polach_adhesion, p.polach_slip)
+    return creep.heuristic(beta)
+
+
+def saturation_ratio(wheels: list[Wheel], p: Scalar) -> Scalar:
+    """Return linear creep force over adhesion limit, beta (eq 3), of some wheels together."""
+    demand = sum(creep_magnitude(c) for c in wheels)
+    load = sum(c.normal.magnitude for c in wheels)
+    # without load there is no creep force, and any value does
+    return where_positive(load, demand, 1.0) / (p.friction * where_positive(load, load, 1.0))
 
 
 def creep_magnitude(wheel: Wheel) -> Scalar:
     """Magnitude |F*| (N) of the linear creep force of a wheel, 0 for a wheel that carries no load."""
     squared = wheel.creep_x * wheel.creep_x + wheel.creep_y * wheel.creep_y
-    return where_positive(wheel.normal_z, sqrt(squared + CREEP_FORCE_FLOOR**2), 0.0)
+    return where_positive(wheel.normal.vertical, sqrt(squared + CREEP_FORCE_FLOOR**2), 0.0)
 
 
 def flange_force(y: Scalar, p: Scalar) -> Scalar:
@@ -134,68 +254,67 @@ def flange_spring(side: int, y: Scalar, p: Scalar) -> Scalar:
     """Force (N), not negative, on the flange of the left (+1) or right (-1) wheel.
 
     A spring beyond the clearance. The printed blend multiplies the spring force and so pulls the wheel
-    towards the rail just inside the clearance; this one is monotone.
+    towards the rail just inside the clearance; this one is monotone. Where the profile has a flange
+    there is no spring.
     """
+    if (p.left if side > 0 else p.right).law.has_flange:
+        return 0
     d = side * y - p.flange_clearance
     return 0.5 * p.lateral_rail_stiffness * (d + sqrt(d * d + FLANGE_BLEND**2))
 
 
 class RailForce(NamedTuple):
-    """Force (N) and moment (N m) of the rail on one wheel, and where it acts (m)."""
+    """Force (N) and moment (N m) of the rail on one wheel, about the wheelset's centre."""
 
     side: int
     force_x: Scalar
     force_y: Scalar  # without that on the flange
     force_z: Scalar
-    moment_x: Scalar
-    moment_z: Scalar
-    arm_x: Scalar
-    arm_y: Scalar
-    arm_z: Scalar
+    roll: Scalar
+    yaw: Scalar
 
 
 def rail_forces(w: Motion, rail: Rail, run: Running, p: Scalar) -> tuple[RailForce, RailForce]:
     """Return the forces on the left and right wheel in the track frame (eqs 9-11)."""
     left, right = wheel(+1, w, rail, run, p), wheel(-1, w, rail, run, p)
-    alpha = saturation(left, right, p)
-    return rail_force(left, alpha, w, p), rail_force(right, alpha, w, p)
+    alphas = saturation(left, right, p)
+    return rail_force(left, alphas[0], w, p), rail_force(right, alphas[1], w, p)
 
 
 def rail_force(c: Wheel, alpha: Scalar, w: Motion, p: Scalar) -> RailForce:
-    """Turn a wheel's contact forces, saturated by alpha, into the track frame (eqs 9-11)."""
-    side, a = c.side, p.half_gauge
+    """Turn a wheel's contact forces, saturated by alpha, into the track frame (eqs 9-11).
+
+    The print leaves the creep parts of F_z and M_x unsaturated; here all creep is saturated.
+    """
+    at, normal = c.point, c.normal
+    # Eq 10: alpha; eq 9: contact plane to track frame, for small yaw.
+    along = alpha * c.creep_x
+    across, moment = alpha * c.creep_y / at.stretch, alpha * c.creep_moment / at.stretch
+    force_x = along - across * w.psi
+    force_y = across + along * w.psi
+    force_z = at.side * across * at.incline
+    moment_x = at.side * moment * at.incline * w.psi
+    # Eq 11: from the wheelset's centre to the contact.
+    arm_x, arm_y, arm_z = -at.side * p.half_gauge * w.psi, at.arm, -at.radius
     return RailForce(
-        side,
-        # Eq 9: contact plane to track frame, for small yaw and slope; eq 10: alpha.
-        force_x=alpha * (c.creep_x - c.creep_y * w.psi),
-        force_y=alpha * (c.creep_y + c.creep_x * w.psi) + c.normal_y,
-        force_z=side * c.creep_y * c.slope + c.normal_z,  # creep unsaturated, as printed
-        moment_x=side * c.creep_moment * c.slope * w.psi,  # unsaturated, as printed
-        moment_z=alpha * c.creep_moment,
-        # Eq 11: from the wheelset's centre to the contact.
-        arm_x=-side * a * w.psi,
-        arm_y=side * a + c.radius * w.phi,
-        arm_z=side * a * w.phi - c.radius,
+        at.side,
+        force_x=force_x,
+        force_y=force_y + normal.lateral,
+        force_z=force_z + normal.vertical,
+        roll=arm_y * force_z - arm_z * force_y + moment_x + normal.roll,
+        yaw=arm_x * force_y - arm_y * force_x + moment + normal.yaw,
     )
 
 
 def contact(w: Motion, rail: Rail, run: Running, p: Scalar) -> Wrench:
     """Sum the contact forces of both wheels about the wheelset's centre (their part of eq 6).
 
-    The flange pushes at axle height: as printed, it enters the lateral equation only.
+    The flange spring pushes at axle height: as printed, it enters the lateral equation only.
     """
     left, right = rail_forces(w, rail, run, p)
     return Wrench(
         force_y=left.force_y + right.force_y - flange_force(w.y - rail.align, p),
         force_z=left.force_z + right.force_z,
-        roll=_roll_moment(left) + _roll_moment(right),
-        yaw=_yaw_moment(left) + _yaw_moment(right),
+        roll=left.roll + right.roll,
+        yaw=left.yaw + right.yaw,
     )
-
-
-def _roll_moment(f: RailForce) -> Scalar:
-    return f.arm_y * f.force_z - f.arm_z * f.force_y + f.moment_x
-
-
-def _yaw_moment(f: RailForce) -> Scalar:
-    return f.arm_x * f.force_y - f.arm_y * f.force_x + f.moment_z

@@ -116,14 +116,15 @@ def positive_part(x: Scalar) -> Scalar:
     return where_positive(x, x, 0.0)
 
 
-def table(characteristic: Scalar, x: Scalar, order: int = 0) -> Scalar:
+def table(characteristic: Scalar, x: Scalar, order: int = 0, column: int = 0, columns: int = 1) -> Scalar:
     """Value at ``x`` of a characteristic given as a table, or its derivative of an ``order`` up to 2.
 
-    ``characteristic`` is a :class:`railenv.vehicles.tables.Table` for numbers; on symbols it is the
-    name under which kernels find the numbers, which are arguments of theirs and never compiled in.
+    ``characteristic`` is a :class:`railenv.tables.Table` for numbers; on symbols it is the name under
+    which kernels find the numbers, which are arguments of theirs and never compiled in. ``columns`` is
+    how many columns the table has, ``column`` the one to read.
     """
     if isinstance(x, (float, int, complex)):
-        return characteristic(x, order)
+        return characteristic(x, order, column)
     from railenv.equations.symbolic import TableValue
 
-    return TableValue(characteristic, x, order)
+    return TableValue(characteristic, x, order, column, columns)

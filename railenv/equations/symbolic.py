@@ -38,15 +38,20 @@ class WherePositive(sympy.Function):
 
 
 class TableValue(sympy.Function):
-    """``TableValue(t, x, k)`` is the k-th derivative at ``x`` of the table that ``t`` names."""
+    """``TableValue(t, x, k, i, n)`` is the k-th derivative at ``x`` of the table that ``t`` names.
 
-    nargs = 3
+    It is column ``i`` of ``n``.
+    """
+
+    nargs = 5
 
     def fdiff(self, argindex: int = 1) -> Any:
         """Partial derivative: by ``x`` the table of the next order; the name is no variable."""
-        name, x, order = self.args
-        return TableValue(name, x, order + 1) if argindex == 2 else sympy.S.Zero
+        name, x, order, column, columns = self.args
+        return TableValue(name, x, order + 1, column, columns) if argindex == 2 else sympy.S.Zero
 
     def _latex(self, printer: Any) -> str:
-        name, x, order = (printer._print(arg) for arg in self.args)
-        return rf"{name}{chr(39) * int(order)}\left( {x} \right)"
+        name, x = (printer._print(arg) for arg in self.args[:2])
+        order, column, columns = map(int, self.args[2:])
+        index = rf"_{{{column + 1}}}" if columns > 1 else ""
+        return rf"{name}{index}{chr(39) * order}\left( {x} \right)"

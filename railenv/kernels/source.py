@@ -2,7 +2,7 @@
 
 The text defines ``rhs(w, t)``, ``jacobian(w, t)`` and ``parameter_jacobian(w, t)`` over one flat
 buffer ``w[row * L + lane]``; what the rows hold is said by :class:`Layout`. ``t`` holds the tables, see
-:mod:`railenv.vehicles.tables`. It is completed by ``railenv/kernels/texts`` and compiled by
+:mod:`railenv.tables`. It is completed by ``railenv/kernels/texts`` and compiled by
 :mod:`railenv.kernels.loader`. With L = 1 the same text is the scalar kernel.
 """
 
@@ -96,8 +96,9 @@ class _KernelPrinter(PythonCodePrinter):
         return f"({then} if {condition} > {self._constant(0)} else {otherwise})"
 
     def _print_TableValue(self, expr: Any) -> str:
-        name, x, order = expr.args
-        return f"_table{int(order)}(t, {self._print(name)}, {self._print(x)})"
+        name, x = (self._print(arg) for arg in expr.args[:2])
+        order, column, columns = map(int, expr.args[2:])
+        return f"_table{order}(t, {name}, {x}, {4 * column}, {4 * columns})"
 
     def _print_Function(self, expr: Any) -> str:
         name = expr.func.__name__

@@ -14,6 +14,7 @@ from types import SimpleNamespace
 from typing import Any, Self
 
 from railenv import checks
+from railenv.contact.laws import ContactLaw
 from railenv.equations import motion
 from railenv.equations.coordinates import (
     GROUND,
@@ -26,6 +27,7 @@ from railenv.equations.coordinates import (
 )
 from railenv.equations.functions import Scalar
 from railenv.errors import ParameterError, UnknownNameError, shown
+from railenv.fields import Number, Numbered
 from railenv.vehicles import files
 from railenv.vehicles.actuators import Sensors, YawActuator
 from railenv.vehicles.elements import (
@@ -35,12 +37,11 @@ from railenv.vehicles.elements import (
     Body,
     Clamped,
     Element,
-    Number,
     Part,
     Wheelset,
 )
 from railenv.vehicles.expressions import evaluate
-from railenv.vehicles.tables import Table
+from railenv.tables import Table
 
 Values = Mapping[str, Any]
 
@@ -233,11 +234,16 @@ class Assembly:
 
     def check(self, values: Values) -> None:
         """Raise ParameterError unless the numbers that ``values`` give to all fields are allowed."""
-        known = {**self.tables, **values}
+        known = {**dict.fromkeys(self._table_names), **values}
         for part in self.parts:
-            for field, text in self._expressions[part.name].items():
-                if field not in part.table_fields():
-                    part.checked(field, evaluate(text, known, f"{field} of {part.name}"))
+            for role, (_, numbered) in part.groups().items():
+                texts = self._expressions[part.name, role]
+                plain = {f: evaluate(t, known, f"{f} of {part.name}") for f, t in texts.items()}
+                for field in numbered.number_fields():
+                    if field in plain:
+                        numbered.checked(field, plain[field])
+                if isinstance(numbered, ContactLaw):
+                    numbered.with_numbers(plain)
         gravity, switch = (evaluate(self._own[f], known, f) for f in ("gravity", "wheelbase_curving"))
         checks.number("gravity", gravity, low=0.0, open_low=True, unit="m/s^2")
         if switch not in (0.0, 1.0):
@@ -285,28 +291,22 @@ class Assembly:
         return {field: value if isinstance(value, str) else field for field, value in given.items()}
 
     @cached_property
-    def _expressions(self) -> dict[str, dict[str, str]]:
-        """Expression of every field that is given, by part and field."""
-        found: dict[str, dict[str, str]] = {}
-        for part in self.parts:
-            found[part.name] = {}
-            for field in (*part.number_fields(), *part.table_fields()):
-                value = getattr(part, field)
-                if value is not None:
-                    text = value if isinstance(value, str) else f"{part.name}_{field}"
-                    found[part.name][field] = text
-        return found
+    def _expressions(self) -> dict[tuple[str, str], dict[str, str]]:
+        """Expression of every field that is given, by part and what of it has the field."""
+        return {
+            (part.name, role): numbered.given(prefix)
+            for part in self.parts
+            for role, (prefix, numbered) in part.groups().items()
+        }
 
     @cached_property
     def values(self) -> dict[str, float]:
         """All parameters of the model: those given, then the numbers of the parts."""
         values = dict(self.parameters)
         own = [(field, getattr(self, field)) for field in self._own]
-        own += [
-            (f"{part.name}_{field}", getattr(part, field))
-            for part in self.parts
-            for field in part.number_fields()
-        ]
+        for part in self.parts:
+            for prefix, numbered in part.groups().values():
+                own += numbered.numbers(prefix).items()
         for name, value in own:
             if value is None or isinstance(value, str):
                 continue
@@ -318,14 +318,25 @@ class Assembly:
             values[name] = checks.number(name, value)
         return values
 
+    @property
+    def _table_names(self) -> list[str]:
+        return [
+            prefix + field
+            for part in self.parts
+            for prefix, numbered in part.groups().values()
+            for field in numbered.table_fields()
+            if getattr(numbered, field) is not None
+        ]
+
     @cached_property
     def tables(self) -> dict[str, Table]:
         """All characteristics, by the name under which the equations read them."""
         return {
-            f"{part.name}_{field}": part.table(field)
+            prefix + field: numbered.table(field)
             for part in self.parts
-            for field in part.table_fields()
-            if getattr(part, field) is not None
+            for prefix, numbered in part.groups().values()
+            for field in numbered.table_fields()
+            if getattr(numbered, field) is not None
         }
 
     def replace(self, **changes: float) -> Self:
@@ -342,7 +353,7 @@ class Assembly:
         fields: dict[str, Any] = {n: v for n, v in changes.items() if n in self._own}
         shared = {n: v for n, v in changes.items() if n in self.parameters}
         for group in ("bodies", "elements"):
-            fields[group] = tuple(_renumbered(part, changes) for part in getattr(self, group))
+            fields[group] = tuple(part.with_changes(changes) for part in getattr(self, group))
         fields["parameters"] = {**self.parameters, **shared}
         return dataclasses.replace(self, **fields)
 
@@ -352,9 +363,11 @@ class Assembly:
     def structure(self) -> str:
         """Hash of everything but the numbers: vehicles of the same structure share kernels."""
         parts = [
-            [part.kind, part.name, _settings(part), self._expressions[part.name]] for part in self.parts
+            [role, numbered.kind, part.name, numbered.settings(), self._expressions[part.name, role]]
+            for part in self.parts
+            for role, (_, numbered) in part.groups().items()
         ]
-        text = json.dumps([parts, self._own, list(self.values), list(self.tables)])
+        text = json.dumps([parts, self._own, list(self.values), self._table_names])
         return hashlib.sha256(text.encode()).hexdigest()
 
     def with_numbers(self, values: Values) -> SimpleNamespace:
@@ -374,17 +387,14 @@ class Assembly:
         )
 
     def _numbered(self, part: Part, values: Values) -> SimpleNamespace:
-        found = SimpleNamespace(name=part.name)
-        for field in part.number_fields():
-            setattr(found, field, 0)
-        for field in part.table_fields():
-            setattr(found, field, None)
-        for field, text in self._expressions[part.name].items():
-            setattr(found, field, evaluate(text, values))
+        found = self._fields(part, "", part, values)
+        found.name = part.name
         if isinstance(part, Clamped):
             for field in ("lateral_load_mass", "vertical_load_mass"):
                 if isinstance(part, Body) and getattr(part, field) is None:
                     setattr(found, field, found.mass)
+            if isinstance(part, Wheelset):
+                self._add_contact(found, part, values)
             return found
         assert isinstance(part, Element)
         if part.x is None:
@@ -394,26 +404,35 @@ class Assembly:
         found.n_states, found.n_inputs = part.n_states, part.n_inputs
         return found
 
+    def _fields(self, part: Part, role: str, numbered: Numbered, values: Values) -> SimpleNamespace:
+        found = SimpleNamespace(**dict.fromkeys(numbered.number_fields(), 0))
+        vars(found).update(dict.fromkeys(numbered.table_fields()))
+        for field, text in self._expressions[part.name, role].items():
+            setattr(found, field, evaluate(text, values))
+        return found
+
+    def _add_contact(self, found: SimpleNamespace, part: Wheelset, values: Values) -> None:
+        """Add to the numbers of a wheelset the contact laws of its wheels, and what it has no number of."""
+        for role, (_, numbered) in part.groups().items():
+            if isinstance(numbered, ContactLaw):
+                setattr(found, role, self._fields(part, role, numbered, values))
+                getattr(found, role).law = numbered.law
+        found.right = getattr(found, "right", found.left)
+        found.saturation, found.saturation_of = part.saturation, part.saturation_of
+        if part.creep_load is None:
+            found.creep_load = None
+
+    def contact_law(self, wheelset: str) -> ContactLaw:
+        """Return the contact law of a wheelset's left wheel, with numbers for all its texts."""
+        law = next(w.contact for w in self.wheelsets if w.name == wheelset)
+        assert law is not None
+        texts = self._expressions[wheelset, "left"]
+        return law.with_numbers({f: evaluate(texts[f], self.values) for f in law.number_fields()})
+
     def place(self, body: str, values: Values | None = None) -> float:
         """Return where along the vehicle (m) a body stands."""
-        text = self._expressions[body].get("x")
+        text = self._expressions[body, ""].get("x")
         return 0.0 if text is None else float(evaluate(text, values or self.values))
-
-
-def _settings(part: Part) -> list[Any]:
-    """Return what of a part is neither number nor table."""
-    skip = {"name", *part.number_fields(), *part.table_fields()}
-    return [[f.name, getattr(part, f.name)] for f in dataclasses.fields(part) if f.name not in skip]
-
-
-def _renumbered(part: Part, changes: Mapping[str, float]) -> Part:
-    """Return a part with those of its own numbers changed that ``changes`` names."""
-    own: dict[str, Any] = {
-        field: changes[f"{part.name}_{field}"]
-        for field in part.number_fields()
-        if f"{part.name}_{field}" in changes and not isinstance(getattr(part, field), (str, type(None)))
-    }
-    return dataclasses.replace(part, **own) if own else part
 
 
 @dataclass(frozen=True)

@@ -1,60 +1,38 @@
 """What a vehicle is assembled from: bodies, wheelsets and force elements, as frozen records.
 
-Numbers are SI. Each is a float, or a text that computes it from the names of parameters
-(``"frame_mass + body_mass / 2"``). A field that is left out (None) is no part of the equations at all.
-Places are those of the vehicle, from an origin of your choice: ``x`` forward, ``y`` to the left, ``z``
+What their fields may hold is said in :mod:`railenv.fields`. Places are those of the vehicle, from an origin of your choice: ``x`` forward, ``y`` to the left, ``z``
 up.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 from railenv import checks
+from railenv.contact.laws import ContactLaw, contact_law, resolved
 from railenv.equations import elements as laws
 from railenv.errors import ParameterError, shown
-from railenv.vehicles.tables import Table
+from railenv.fields import (
+    Number,
+    Numbered,
+    Points,
+    characteristic,
+    choice,
+    nonnegative,
+    number,
+    positive,
+)
+from railenv.tables import Table
 
 GRAVITY = 9.81
 """m/s^2, unless a vehicle has another."""
 
-Number = float | str | None
-Points = tuple[tuple[float, ...], tuple[float, ...]]
-
-
-def _number(unit: str, meaning: str, *, needed: bool = False, **bounds: float | bool) -> Any:
-    default = dataclasses.MISSING if needed else None
-    metadata = {"unit": unit, "meaning": meaning, "bounds": bounds}
-    return dataclasses.field(default=default, metadata=metadata)
-
-
-def _positive(unit: str, meaning: str) -> Any:
-    return _number(unit, meaning, needed=True, low=0.0, open_low=True)
-
-
-def _nonnegative(unit: str, meaning: str, needed: bool = False) -> Any:
-    return _number(unit, meaning, needed=needed, low=0.0)
-
-
-def _characteristic(x: str, y: str, meaning: str, *, needed: bool = False) -> Any:
-    metadata = {"unit": f"{x}, {y}", "meaning": meaning, "table": True}
-    default = dataclasses.MISSING if needed else None
-    return dataclasses.field(default=default, metadata=metadata)
-
-
-def _choice(meaning: str, allowed: tuple[str, ...], default: str) -> Any:
-    return dataclasses.field(default=default, metadata={"meaning": meaning, "allowed": allowed})
-
-
 @dataclass(frozen=True, kw_only=True)
-class Part:
+class Part(Numbered):
     """Base of bodies and elements: a name, numbers and tables, checked."""
-
-    kind: ClassVar[str]
-    """What the part is called in files."""
 
     name: str = dataclasses.field(
         metadata={"meaning": "its name: a word of letters, digits and underscores"}
@@ -67,30 +45,23 @@ class Part:
                 f"name of a {self.kind} is {shown(name)}; it must be a word of letters, digits "
                 "and underscores"
             )
-        for f in dataclasses.fields(self):
-            value = getattr(self, f.name)
-            if "allowed" in f.metadata:
-                checks.choice(f"{f.name} of {self.name}", value, f.metadata["allowed"])
-            elif "bounds" in f.metadata and not isinstance(value, (str, type(None))):
-                self.checked(f.name, value)
-            elif "table" in f.metadata and value is not None:
-                object.__setattr__(self, f.name, _as_points(f"{f.name} of {self.name}", value))
+        self.check_fields()
+        for field in type(self).table_fields():
+            value = getattr(self, field)
+            if value is not None:
+                object.__setattr__(self, field, _as_points(f"{field} of {self.name}", value))
 
-    def checked(self, field: str, value: Any) -> float:
-        """Return the number of a field; raises ParameterError where it is not allowed."""
-        f = next(f for f in dataclasses.fields(self) if f.name == field)
-        label = f"{field} of {self.name}"
-        return checks.number(label, value, unit=f.metadata["unit"], **f.metadata["bounds"])
+    @property
+    def called(self) -> str:
+        """What the part is called in messages."""
+        return self.name
 
-    @classmethod
-    def number_fields(cls) -> list[str]:
-        """Names of the fields that hold a number or an expression."""
-        return [f.name for f in dataclasses.fields(cls) if "bounds" in f.metadata]
+    def groups(self) -> dict[str, tuple[str, Numbered]]:
+        """Return what of the part has numbers, and how their names as parameters start.
 
-    @classmethod
-    def table_fields(cls) -> list[str]:
-        """Names of the fields that hold a characteristic."""
-        return [f.name for f in dataclasses.fields(cls) if "table" in f.metadata]
+        The part itself has the name ``""``; what else there is has one of its own.
+        """
+        return {"": (f"{self.name}_", self)}
 
     def like(self, name: str, **changes: Any) -> Self:
         """Return another part that shares this one's numbers, but for some fields.
@@ -98,16 +69,15 @@ class Part:
         A change of this part's parameters (``conicity`` of a wheelset) then changes both.
         """
         checks.known("field", changes, [f.name for f in dataclasses.fields(self) if f.name != "name"])
-        shared = {
-            field: f"{self.name}_{field}"
-            for field in self.number_fields()
-            if isinstance(getattr(self, field), (int, float))
-        }
-        return dataclasses.replace(self, name=name, **{**shared, **changes})
+        return dataclasses.replace(self, name=name, **{**self._shared(), **changes})
 
-    def table(self, field: str) -> Table:
-        """Return the characteristic of a field as the kernels read it."""
-        return Table.through(*getattr(self, field), odd=True, name=f"{field} of {self.name}")
+    def _shared(self) -> dict[str, Any]:
+        """Return the fields by which another part reads this one's numbers."""
+        return dict(self.shared(f"{self.name}_"))
+
+    def with_changes(self, changes: Mapping[str, float]) -> Self:
+        """Return the part with those of its own numbers changed that ``changes`` names."""
+        return self.renumbered(f"{self.name}_", changes)
 
 
 def _as_points(label: str, value: Any) -> Points:
@@ -129,8 +99,8 @@ class Clamped(Part):
 
     kind = "clamped"
 
-    x: Number = _number("m", "place of its centre along the vehicle, forward; 0 when left out")
-    z: Number = _number("m", "height of its centre of mass; 0 when left out")
+    x: Number = number("m", "place of its centre along the vehicle, forward; 0 when left out")
+    z: Number = number("m", "height of its centre of mass; 0 when left out")
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -148,16 +118,16 @@ class Body(Clamped):
 
     kind = "body"
 
-    mass: Number = _positive("kg", "mass of the body")
-    roll_inertia: Number = _positive("kg m^2", "moment of inertia about x, at its centre of mass")
-    yaw_inertia: Number = _positive("kg m^2", "moment of inertia about z, at its centre of mass")
-    pitch_inertia: Number = _nonnegative(
+    mass: Number = positive("kg", "mass of the body")
+    roll_inertia: Number = positive("kg m^2", "moment of inertia about x, at its centre of mass")
+    yaw_inertia: Number = positive("kg m^2", "moment of inertia about z, at its centre of mass")
+    pitch_inertia: Number = nonnegative(
         "kg m^2", "moment of inertia about y; a body without it does not pitch"
     )
-    lateral_load_mass: Number = _nonnegative(
+    lateral_load_mass: Number = nonnegative(
         "kg", "mass whose centrifugal and cant force it carries; its own when left out"
     )
-    vertical_load_mass: Number = _nonnegative(
+    vertical_load_mass: Number = nonnegative(
         "kg", "mass whose weight it carries; its own when left out"
     )
 
@@ -173,26 +143,99 @@ class Wheelset(Body):
 
     kind = "wheelset"
 
-    pitch_inertia: Number = _nonnegative(
+    pitch_inertia: Number = nonnegative(
         "kg m^2", "moment of inertia about the axle, which gives the gyroscopic moments", needed=True
     )
-    wheel_radius: Number = _positive("m", "nominal rolling radius")
-    half_gauge: Number = _positive("m", "half the distance between the contact points")
-    conicity: Number = _number(
-        "1", "cone angle of the treads", needed=True, low=0.0, open_low=True, high=0.7
+    wheel_radius: Number = positive("m", "nominal rolling radius")
+    radius_difference: Number = number(
+        "m", "nominal radius of the left wheel less that of the right one; none when left out"
     )
-    friction: Number = _number(
+    half_gauge: Number = positive("m", "half the distance between the contact points")
+    conicity: Number = dataclasses.field(
+        default=None, metadata={"unit": "1", "meaning": "short form of contact: conicity of a cone"}
+    )
+    contact: ContactLaw | None = dataclasses.field(
+        default=None,
+        metadata={"meaning": "contact law of both wheels, with its numbers; or give conicity"},
+    )
+    right_contact: ContactLaw | None = dataclasses.field(
+        default=None, metadata={"meaning": "contact law of the right wheel where it has its own"}
+    )
+    friction: Number = number(
         "1", "friction coefficient of wheel and rail", needed=True, low=0.0, open_low=True, high=2.0
     )
-    flange_clearance: Number = _positive("m", "lateral way of the wheelset up to flange contact")
-    lateral_creep: Number = _positive("N", "creep coefficient f_11 of a wheel, lateral")
-    lateral_spin_creep: Number = _nonnegative(
+    flange_clearance: Number = positive(
+        "m", "lateral way of the wheelset up to flange contact, for contact laws without a flange"
+    )
+    lateral_creep: Number = positive("N", "creep coefficient f_11 of a wheel, lateral")
+    lateral_spin_creep: Number = nonnegative(
         "N m", "creep coefficient f_12 of a wheel, lateral by spin", needed=True
     )
-    spin_creep: Number = _nonnegative("N m^2", "creep coefficient f_22 of a wheel, spin", needed=True)
-    longitudinal_creep: Number = _positive("N", "creep coefficient f_33 of a wheel, longitudinal")
-    vertical_rail_stiffness: Number = _positive("N/m", "vertical stiffness of the rail under one wheel")
-    lateral_rail_stiffness: Number = _positive("N/m", "lateral stiffness of the rail behind the flange")
+    spin_creep: Number = nonnegative("N m^2", "creep coefficient f_22 of a wheel, spin", needed=True)
+    longitudinal_creep: Number = positive("N", "creep coefficient f_33 of a wheel, longitudinal")
+    creep_load: Number = number(
+        "N",
+        "wheel load for which the creep coefficients hold; with it they follow the load as Hertz says",
+        low=0.0,
+        open_low=True,
+    )
+    saturation: str = choice("creep saturation law", ("heuristic", "polach"), "heuristic")
+    saturation_of: str = choice(
+        "whether creep is saturated for the whole wheelset or each wheel", ("wheelset", "wheel"), "wheelset"
+    )
+    polach_adhesion: Number = number(
+        "1", "Polach's k_A, of the area of adhesion", low=0.0, open_low=True, high=1.0
+    )
+    polach_slip: Number = number("1", "Polach's k_S, of the area of slip", low=0.0, open_low=True, high=1.0)
+    vertical_rail_stiffness: Number = positive("N/m", "vertical stiffness of the rail under one wheel")
+    lateral_rail_stiffness: Number = positive("N/m", "lateral stiffness of the rail behind the flange")
+
+    def __post_init__(self) -> None:
+        law: Any = self.contact
+        conicity, contact = resolved(str(self.name), self.conicity, law)
+        object.__setattr__(self, "conicity", conicity)
+        object.__setattr__(self, "contact", contact)
+        if self.right_contact is not None:
+            object.__setattr__(self, "right_contact", contact_law(self.right_contact))
+        super().__post_init__()
+        for field in ("polach_adhesion", "polach_slip"):
+            if (self.saturation == "polach") != (getattr(self, field) is not None):
+                verb = "lacks" if self.saturation == "polach" else "has"
+                raise ParameterError(
+                    f"{self.name} {verb} {field}; it belongs to the saturation law 'polach'"
+                )
+
+    def groups(self) -> dict[str, tuple[str, Numbered]]:
+        """Return the wheelset and its contact laws, and how the names of their numbers start."""
+        assert self.contact is not None
+        found = {**super().groups(), "left": (f"{self.name}_", self.contact)}
+        if self.right_contact is not None:
+            found["right"] = (f"{self.name}_right_", self.right_contact)
+        return found
+
+    def settings(self) -> list[Any]:
+        """Return what is neither number nor table, for telling structures apart."""
+        laws = {"conicity", "contact", "right_contact"}
+        return [setting for setting in super().settings() if setting[0] not in laws]
+
+    def _shared(self) -> dict[str, Any]:
+        return {**super()._shared(), **self._laws(lambda prefix, law: law.reading(prefix))}
+
+    def with_changes(self, changes: Mapping[str, float]) -> Self:
+        """Return the wheelset with those of its own numbers changed that ``changes`` names."""
+        laws = self._laws(lambda prefix, law: law.renumbered(prefix, changes))
+        return dataclasses.replace(super().with_changes(changes), **laws)
+
+    def _laws(self, changed: Callable[[str, ContactLaw], ContactLaw]) -> dict[str, Any]:
+        """Return the fields of the contact laws, changed."""
+        groups = self.groups()
+        found: dict[str, Any] = {"conicity": None}
+        for role, field in (("left", "contact"), ("right", "right_contact")):
+            if role in groups:
+                prefix, law = groups[role]
+                assert isinstance(law, ContactLaw)
+                found[field] = changed(prefix, law)
+        return found
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -215,9 +258,9 @@ class Element(Part):
     between: tuple[str, str] = dataclasses.field(
         metadata={"meaning": 'the two bodies to which it is attached, or one and "ground", the track'}
     )
-    x: Number = _number("m", "place along the vehicle; that of the first body when left out")
-    y: Number = _number("m", "lateral place, to the left, or arm of a pair; 0 when left out")
-    z: Number = _number("m", "height; 0 when left out")
+    x: Number = number("m", "place along the vehicle; that of the first body when left out")
+    y: Number = number("m", "lateral place, to the left, or arm of a pair; 0 when left out")
+    z: Number = number("m", "height; 0 when left out")
 
     pair: ClassVar[bool] = False
 
@@ -266,15 +309,15 @@ class Spring(_Paired):
     kind = "spring"
     law = staticmethod(laws.spring)
 
-    k_x: Number = _nonnegative("N/m", "longitudinal stiffness")
-    k_y: Number = _nonnegative("N/m", "lateral stiffness")
-    k_z: Number = _nonnegative("N/m", "vertical stiffness")
-    c_x: Number = _nonnegative("N s/m", "longitudinal damping")
-    c_y: Number = _nonnegative("N s/m", "lateral damping")
-    c_z: Number = _nonnegative("N s/m", "vertical damping")
-    k_roll: Number = _nonnegative("N m/rad", "stiffness against rolling of its ends, about x")
-    k_pitch: Number = _nonnegative("N m/rad", "stiffness against pitching of its ends, about y")
-    k_yaw: Number = _nonnegative("N m/rad", "stiffness against yawing of its ends, about z")
+    k_x: Number = nonnegative("N/m", "longitudinal stiffness")
+    k_y: Number = nonnegative("N/m", "lateral stiffness")
+    k_z: Number = nonnegative("N/m", "vertical stiffness")
+    c_x: Number = nonnegative("N s/m", "longitudinal damping")
+    c_y: Number = nonnegative("N s/m", "lateral damping")
+    c_z: Number = nonnegative("N s/m", "vertical damping")
+    k_roll: Number = nonnegative("N m/rad", "stiffness against rolling of its ends, about x")
+    k_pitch: Number = nonnegative("N m/rad", "stiffness against pitching of its ends, about y")
+    k_yaw: Number = nonnegative("N m/rad", "stiffness against yawing of its ends, about z")
 
 
 _AXIS = ("x", "y", "z")
@@ -287,9 +330,9 @@ class Damper(_Paired):
     kind = "damper"
     law = staticmethod(laws.damper)
 
-    axis: str = _choice("axis along which it acts", _AXIS, "y")
-    c: Number = _nonnegative("N s/m", "damping constant; or give force")
-    force: Points | None = _characteristic(
+    axis: str = choice("axis along which it acts", _AXIS, "y")
+    c: Number = nonnegative("N s/m", "damping constant; or give force")
+    force: Points | None = characteristic(
         "m/s", "N", "speeds and forces from (0, 0) on, the same either way; linear beyond the last"
     )
 
@@ -305,10 +348,10 @@ class SeriesDamper(_Paired):
     kind = "series_damper"
     law = staticmethod(laws.series_damper)
 
-    axis: str = _choice("axis along which it acts", _AXIS, "x")
-    k: Number = _positive("N/m", "stiffness of its rubber ends together, in series with the damper")
-    c: Number = _number("N s/m", "damping constant; or give force", low=0.0, open_low=True)
-    force: Points | None = _characteristic(
+    axis: str = choice("axis along which it acts", _AXIS, "x")
+    k: Number = positive("N/m", "stiffness of its rubber ends together, in series with the damper")
+    c: Number = number("N s/m", "damping constant; or give force", low=0.0, open_low=True)
+    force: Points | None = characteristic(
         "m/s",
         "N",
         "speeds and rising forces from (0, 0) on, the same either way; linear beyond the last",
@@ -337,8 +380,8 @@ class Stop(_Paired):
     kind = "stop"
     law = staticmethod(laws.stop)
 
-    axis: str = _choice("axis along which it acts", _AXIS, "y")
-    force: Points | None = _characteristic(
+    axis: str = choice("axis along which it acts", _AXIS, "y")
+    force: Points | None = characteristic(
         "m",
         "N",
         "displacements and forces, the same either way; the first is the clearance, with force 0",
@@ -361,8 +404,8 @@ class RollBar(Element):
     kind = "roll_bar"
     law = staticmethod(laws.roll_bar)
 
-    k: Number = _positive("N m/rad", "stiffness against roll of one body on the other")
-    c: Number = _nonnegative("N m s/rad", "damping of that roll")
+    k: Number = positive("N m/rad", "stiffness against roll of one body on the other")
+    c: Number = nonnegative("N m s/rad", "damping of that roll")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -372,8 +415,8 @@ class TractionRod(Element):
     kind = "traction_rod"
     law = staticmethod(laws.traction_rod)
 
-    k: Number = _positive("N/m", "longitudinal stiffness")
-    c: Number = _nonnegative("N s/m", "longitudinal damping")
+    k: Number = positive("N/m", "longitudinal stiffness")
+    c: Number = nonnegative("N s/m", "longitudinal damping")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -383,9 +426,9 @@ class FrictionElement(_Paired):
     kind = "friction"
     law = staticmethod(laws.friction)
 
-    axis: str = _choice("axis along which it acts", _AXIS, "y")
-    force: Number = _nonnegative("N", "friction force when sliding", needed=True)
-    width: Number = _positive("m/s", "speed at which the force is 71 % of that")
+    axis: str = choice("axis along which it acts", _AXIS, "y")
+    force: Number = nonnegative("N", "friction force when sliding", needed=True)
+    width: Number = positive("m/s", "speed at which the force is 71 % of that")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -395,11 +438,11 @@ class YawDamper(Element):
     kind = "yaw_damper"
     law = staticmethod(laws.yaw_damper)
 
-    y: Number = _positive("m", "lateral arm of its force")
-    c1: Number = _number("N s/m", "linear term of force over speed", needed=True)
-    c2: Number = _number("N s^2/m^2", "quadratic term of force over speed", needed=True)
-    c3: Number = _number("N s^3/m^3", "cubic term of force over speed", needed=True)
-    c4: Number = _number("N s^4/m^4", "quartic term of force over speed", needed=True)
+    y: Number = positive("m", "lateral arm of its force")
+    c1: Number = number("N s/m", "linear term of force over speed", needed=True)
+    c2: Number = number("N s^2/m^2", "quadratic term of force over speed", needed=True)
+    c3: Number = number("N s^3/m^3", "cubic term of force over speed", needed=True)
+    c4: Number = number("N s^4/m^4", "quartic term of force over speed", needed=True)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from railenv import checks
+from railenv.contact.laws import Cone, ContactLaw
 from railenv.errors import ParameterError, shown
 from railenv.vehicles import carried
 from railenv.vehicles.elements import BODIES, ELEMENTS, Part
@@ -159,6 +160,12 @@ def _table(part: Part) -> Any:
     for f in dataclasses.fields(part):
         value: Any = getattr(part, f.name)
         if value is None or (f.name != "name" and value == f.default):
+            continue
+        if f.name == "conicity" and getattr(part, "contact", None) != Cone(value):
+            continue  # a number of another law
+        if isinstance(value, ContactLaw):
+            if f.name == "right_contact" or not isinstance(value, Cone):
+                table.add(f.name, tomlkit.item(value.to_mapping()))
             continue
         if isinstance(value, tuple):
             value = [list(v) if isinstance(v, tuple) else v for v in value]

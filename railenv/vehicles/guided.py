@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+KINEMATIC_AMPLITUDE = 3e-3
+"""m, lateral amplitude at which the conicity of a vehicle is told unless another is given (EN 15302)."""
+
 
 class Guided(NamedTuple):
     """A wheelset of a model: where it is, how far it may move, and which states and inputs are its own.

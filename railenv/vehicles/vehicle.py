@@ -10,12 +10,15 @@ from pathlib import Path
 from typing import Any, Literal, Self, get_args
 
 from railenv import checks
-from railenv.errors import ParameterError
+from railenv.contact.laws import Cone, ContactLaw, contact_law, resolved
+from railenv.errors import ParameterError, shown
 from railenv.vehicles import files
-from railenv.vehicles.guided import klingel_wavelength
+from railenv.vehicles.guided import KINEMATIC_AMPLITUDE, klingel_wavelength
 from railenv.vehicles.records import ParameterRecord, nonnegative, positive, quantity
 
 LoadBookkeeping = Literal["once", "printed"]
+Saturation = Literal["heuristic", "polach"]
+SaturationOf = Literal["wheelset", "wheel"]
 
 CREEP_COEFFICIENTS = ("lateral_creep", "lateral_spin_creep", "spin_creep", "longitudinal_creep")
 """Fields that ``creep_factor`` multiplies."""
@@ -62,9 +65,23 @@ class Vehicle(ParameterRecord):
     half_wheelbase: float = positive("L", "m", "half the wheelbase (L_t1, L_t2, L_w in print)")
     frame_height: float = nonnegative("h_G", "m", "height of the frame's centre above the axles")
     # wheel-rail contact
-    conicity: float = positive("lambda", "1", "conicity of the wheel treads", high=0.7)
+    conicity: float | None = dataclasses.field(
+        default=None,
+        metadata={
+            "symbol": "lambda",
+            "unit": "1",
+            "meaning": "conicity of the wheel treads, short form of contact",
+            "source": "Table 1",
+        },
+    )
+    contact: ContactLaw | None = dataclasses.field(
+        default=None,
+        metadata={"meaning": "contact law of all wheels; a cone by its conicity", "source": _BEYOND},
+    )
     friction: float = positive("mu", "1", "friction coefficient of wheel and rail", high=2.0)
-    flange_clearance: float = positive("delta", "m", "lateral clearance up to flange contact")
+    flange_clearance: float = positive(
+        "delta", "m", "lateral clearance up to flange contact, for contact laws without a flange"
+    )
     lateral_creep: float = positive("f_11", "N", "lateral creep coefficient")
     lateral_spin_creep: float = nonnegative("f_12", "N m", "lateral/spin creep coefficient")
     spin_creep: float = nonnegative("f_22", "N m^2", "spin creep coefficient")
@@ -98,6 +115,28 @@ class Vehicle(ParameterRecord):
     secondary_arm: float = positive(
         "b_s", "m", "lateral arm of the secondary springs and dampers", _BEYOND
     )
+    # creep
+    saturation: Saturation = dataclasses.field(
+        default="heuristic",
+        metadata={"meaning": "creep saturation law: heuristic or polach", "source": "eq 2"},
+    )
+    saturation_of: SaturationOf = dataclasses.field(
+        default="wheelset",
+        metadata={"meaning": "creep is saturated for each wheelset or each wheel", "source": "eq 3"},
+    )
+    polach_adhesion: float = quantity(
+        "k_A", "1", "Polach's factor of adhesion", _BEYOND, default=1.0, low=0.0, open_low=True, high=1.0
+    )
+    polach_slip: float = quantity(
+        "k_S", "1", "Polach's factor of slip", _BEYOND, default=1.0, low=0.0, open_low=True, high=1.0
+    )
+    load_dependent_creep: bool = dataclasses.field(
+        default=False,
+        metadata={
+            "meaning": "creep coefficients follow the wheel load (Hertz), from that at rest",
+            "source": _BEYOND,
+        },
+    )
     # switches
     wheelbase_curving: bool = dataclasses.field(
         metadata={
@@ -114,24 +153,33 @@ class Vehicle(ParameterRecord):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        given: Any = self.contact
+        conicity, contact = resolved(str(self.name), self.conicity, given)
+        object.__setattr__(self, "conicity", conicity)
+        object.__setattr__(self, "contact", contact)
         for label in ("name", "provenance"):
             if not isinstance(getattr(self, label), str):
                 raise ParameterError(f"{label} is {getattr(self, label)!r}; it must be a string")
-        if not isinstance(self.wheelbase_curving, bool):
-            raise ParameterError(
-                f"wheelbase_curving is {self.wheelbase_curving!r}; it must be true or false"
-            )
+        for switch in ("wheelbase_curving", "load_dependent_creep"):
+            if not isinstance(getattr(self, switch), bool):
+                raise ParameterError(
+                    f"{switch} is {getattr(self, switch)!r}; it must be true or false"
+                )
         checks.choice("load_bookkeeping", self.load_bookkeeping, get_args(LoadBookkeeping))
+        checks.choice("saturation", self.saturation, get_args(Saturation))
+        checks.choice("saturation_of", self.saturation_of, get_args(SaturationOf))
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with some fields changed.
 
-        ``creep_factor``, which is no field, multiplies all four creep coefficients.
+        ``contact`` changes the contact law; the numbers of the present one (``conicity`` of a cone)
+        change by their own names. ``creep_factor``, which is no field, multiplies all four creep
+        coefficients.
 
         Raises
         ------
         UnknownNameError
-            If a name is neither a field nor ``creep_factor``.
+            If a name is neither a field, nor a number of the contact law, nor ``creep_factor``.
         ParameterError
             If a value is not allowed.
 
@@ -141,6 +189,7 @@ class Vehicle(ParameterRecord):
         >>> railenv.HIGH_SPEED_COACH.replace(conicity=0.2).conicity
         0.2
         """
+        changes = self._with_contact(changes)
         checks.known("field", changes, [*(f.name for f in dataclasses.fields(self)), "creep_factor"])
         if "creep_factor" in changes:
             factor = checks.number("creep_factor", changes["creep_factor"], low=0.0, open_low=True)
@@ -154,6 +203,24 @@ class Vehicle(ParameterRecord):
                 changes[name] = factor * value
         return dataclasses.replace(self, **changes)
 
+    def _with_contact(self, changes: dict[str, Any]) -> dict[str, Any]:
+        """Return changes in which the numbers of the contact law are changes of the law."""
+        assert self.contact is not None
+        law = self.contact if changes.get("contact") is None else contact_law(changes["contact"])
+        numbers = {n: v for n, v in changes.items() if n in law.number_fields()}
+        if "conicity" in changes and "conicity" not in numbers:
+            raise ParameterError(
+                f"conicity is {shown(changes['conicity'])}, but the contact of {self.name} is "
+                f"{law.called}, which has no such number; give contact=railenv.Cone(conicity)"
+            )
+        others = {n: v for n, v in changes.items() if n not in numbers}
+        return {**others, "contact": law.replace(**numbers), "conicity": None}
+
+    @property
+    def static_wheel_load(self) -> float:
+        """Load (N) of one wheel of the bogie at rest."""
+        return (self.wheelset_mass * self.gravity + self.external_load / 2.0) / 2.0
+
     @property
     def external_load(self) -> float:
         """Load (N) of one bogie: frame and half the vehicle body, the paper's W_ext."""
@@ -162,13 +229,17 @@ class Vehicle(ParameterRecord):
     @property
     def klingel_wavelength(self) -> float:
         """Wavelength (m) of a free wheelset's kinematic oscillation, 2 pi sqrt(a r_0 / lambda)."""
-        return klingel_wavelength(self.half_gauge, self.wheel_radius, self.conicity)
+        assert self.contact is not None
+        conicity = self.contact.linear(KINEMATIC_AMPLITUDE).conicity
+        return klingel_wavelength(self.half_gauge, self.wheel_radius, conicity)
 
     def parameters(self) -> dict[str, float]:
         """Return all numbers that the equations of motion read; switches become 0 or 1."""
         numbers = {n: getattr(self, n) for n in QUANTITIES}
+        assert self.contact is not None
         return {
             **numbers,
+            **self.contact.numbers(""),
             "wheelbase_curving": float(self.wheelbase_curving),
             "printed_loads": float(self.load_bookkeeping == "printed"),
         }
@@ -181,10 +252,19 @@ class Vehicle(ParameterRecord):
         import tomlkit
 
         document = tomlkit.document()
+        assert self.contact is not None
+        short = self.contact == Cone(self.conicity)
         for f in dataclasses.fields(self):
-            item = tomlkit.item(getattr(self, f.name))
+            if f.name == ("contact" if short else "conicity"):
+                continue
+            value = getattr(self, f.name)
+            if isinstance(value, ContactLaw):
+                continue  # a table of its own, at the end
+            item = tomlkit.item(value)
             item.comment(files.comment(f.metadata.get("unit", ""), f.metadata["meaning"]))
             document.add(f.name, item)
+        if not short:
+            document.add("contact", tomlkit.item(self.contact.to_mapping()))
         text = tomlkit.dumps(document)
         if path is not None:
             Path(path).write_text(text, encoding="utf-8")
@@ -215,8 +295,13 @@ class Vehicle(ParameterRecord):
             base = data.pop("base")
             if not isinstance(base, str):
                 raise ParameterError(f"base in {path} is {base!r}; it must be a vehicle's name")
-            return cls(**{**_values(preset(base)), **data})
-        missing = [n for n in names if n not in data]
+            if "conicity" in data or "contact" in data:
+                contact = {"conicity": None, "contact": None}
+            else:
+                contact = {}
+            return cls(**{**_values(preset(base)), **contact, **data})
+        needed = [f.name for f in dataclasses.fields(cls) if f.default is dataclasses.MISSING]
+        missing = [n for n in needed if n not in data]
         if missing:
             raise ParameterError(
                 f"{path} lacks {', '.join(missing)}; give them, or a `base` vehicle to take them from"

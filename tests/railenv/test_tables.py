@@ -11,7 +11,7 @@ import railenv
 from railenv.batch import Batch
 from railenv.equations.functions import table
 from railenv.errors import ParameterError
-from railenv.vehicles.tables import Table, pack
+from railenv.tables import Table, pack
 from tests.railenv.vehicles.assemblies import everything, random_state
 
 KNEE = ([0.0, 0.02, 0.025, 0.03, 0.045], [0.0, 0.0, 696.0, 2107.0, 30096.0])

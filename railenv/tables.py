@@ -1,7 +1,7 @@
 """Characteristics given as tables: a cubic on each cell of a uniform grid, linear beyond its ends.
 
 What a kernel reads of a table is one row of numbers (:meth:`Table.packed`); its first entries say where
-the grid starts, ends and how fine it is, then follow four coefficients per cell.
+the grid starts, ends and how fine it is, then follow the cells, each with four coefficients per column.
 """
 
 from __future__ import annotations
@@ -32,24 +32,24 @@ _MOST_CELLS = 100_000
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """A smooth characteristic y(x), exact in value and derivatives up to the second.
+    """Smooth characteristics y(x), exact in value and derivatives; one, or several as columns.
 
-    Make one by :meth:`through` (measured points, monotone between them) or :meth:`spline` (samples of a
-    smooth function).
+    Make one by :meth:`through` (measured points, monotone between them) or :meth:`spline` (samples of
+    smooth functions).
 
     Attributes
     ----------
     x : ndarray, shape (cells + 1,)
         Uniform grid.
-    coefficients : ndarray, shape (cells, 4)
-        Of 1, t, t^2, t^3 in each cell, t from 0 to 1.
+    coefficients : ndarray, shape (cells, 4 * columns)
+        Of 1, t, t^2, t^3 in each cell, t from 0 to 1, column after column.
     points : tuple of two tuples of float
-        What it was made from, for files.
+        What it was made from, for files; empty where it was made from samples.
     """
 
     x: Array
     coefficients: Array
-    points: tuple[tuple[float, ...], tuple[float, ...]]
+    points: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())
 
     @classmethod
     def through(cls, x: ArrayLike, y: ArrayLike, *, odd: bool = False, name: str = "table") -> Self:
@@ -91,24 +91,34 @@ class Table:
         return cls(grid, _hermite(grid, curve(grid), curve.derivative()(grid)), kept)
 
     @classmethod
-    def spline(cls, x: ArrayLike, y: ArrayLike, *, name: str = "table") -> Self:
-        """Return the cubic spline, twice continuously differentiable, through a uniform grid.
+    def spline(cls, x: ArrayLike, *columns: ArrayLike, name: str = "table") -> Self:
+        """Return the cubic splines, twice continuously differentiable, through a uniform grid.
+
+        Parameters
+        ----------
+        x : array_like, shape (n,)
+            Grid, n at least 4.
+        *columns : array_like, shape (n,)
+            Values of each function.
+        name : str
+            What to call it in messages.
 
         Raises
         ------
         ParameterError
-            If the grid is not uniform or has fewer than four points.
+            If the grid is not uniform or has fewer than four points, or a value is not finite.
         """
         from scipy.interpolate import CubicSpline
 
-        px, py = _points(name, x, y)
-        if len(px) < 4 or np.ptp(np.diff(px)) > 1e-9 * (px[-1] - px[0]):
-            raise ParameterError(f"{name} needs a uniform grid of at least four points")
-        curve = CubicSpline(px, py)
-        slopes = curve(px, 1)
-        return cls(px, _hermite(px, py, slopes), (tuple(px.tolist()), tuple(py.tolist())))
+        parts = []
+        for column in columns:
+            px, py = _points(name, x, column)
+            if len(px) < 4 or np.ptp(np.diff(px)) > 1e-9 * (px[-1] - px[0]):
+                raise ParameterError(f"{name} needs a uniform grid of at least four points")
+            parts.append(_hermite(px, py, CubicSpline(px, py)(px, 1)))
+        return cls(px, np.concatenate(parts, axis=1))
 
-    def __call__(self, x: Any, order: int = 0) -> Any:
+    def __call__(self, x: Any, order: int = 0, column: int = 0) -> Any:
         """Return value or derivative at a float, or a complex number whose real part says where."""
         low, high = self.x[0], self.x[-1]
         real = x.real if isinstance(x, complex) else x
@@ -116,14 +126,16 @@ class Table:
         held = x if inside else float(min(max(real, low), high))
         per = (len(self.x) - 1) / (high - low)
         cell = min(int((held.real - low) * per), len(self.coefficients) - 1)
-        a, b, c, d = self.coefficients[cell].tolist()
+        a, b, c, d = self.coefficients[cell, 4 * column : 4 * column + 4].tolist()
         t = (held - low) * per - cell
         value, slope = a + t * (b + t * (c + t * d)), per * (b + t * (2.0 * c + 3.0 * t * d))
         if order == 0:
             return value + slope * (x - held)
         if order == 1:
             return slope
-        return per * per * (2.0 * c + 6.0 * t * d) if inside else 0.0 * x
+        if not inside:
+            return 0.0 * x
+        return per * per * (2.0 * c + 6.0 * t * d) if order == 2 else 6.0 * per**3 * d
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Table) and np.array_equal(self.packed(), other.packed())

@@ -1,0 +1,1 @@
+"""Wheel-rail contact: laws, profiles, Hertz and Kalker, conicity."""

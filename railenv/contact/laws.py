@@ -1,0 +1,256 @@
+"""Contact laws: which wheel runs on which rail, as frozen records.
+
+Each says what :mod:`railenv.equations.shapes` needs to know. Numbers are SI, angles in rad; ``eta`` is
+the lateral shift of a wheel over its rail towards its own flange.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, ClassVar, NamedTuple, Self
+
+from railenv import checks
+from railenv.equations import shapes
+from railenv.errors import ParameterError, shown
+from railenv.fields import Number, Numbered, number, positive
+
+_STEEPEST_TREAD = 0.7
+
+
+class Linear(NamedTuple):
+    """Contact of a wheel that moves little: Wickens' three parameters."""
+
+    conicity: float
+    contact_angle: float  # rad
+    contact_angle_rate: float  # rad/m
+
+
+@dataclass(frozen=True)
+class ContactLaw(Numbered):
+    """Base of the contact laws."""
+
+    law: ClassVar[shapes.Law]
+    example: ClassVar[Mapping[str, float]] = MappingProxyType({})
+    """Some numbers, for where only the structure matters."""
+
+    def __post_init__(self) -> None:
+        self.check_fields()
+
+    @property
+    def called(self) -> str:
+        """What the law is called in messages."""
+        return f"{type(self).__name__}"
+
+    @property
+    def flange_clearance(self) -> float | None:
+        """Lateral way up to the flange (m), of laws that have a flange."""
+        return None
+
+    @property
+    def flange_angle(self) -> float | None:
+        """Largest contact angle (rad), of laws that have a flange."""
+        return None
+
+    def linear(self, amplitude: float = 0.0) -> Linear:
+        """Return conicity, contact angle and its rate, for motions of an amplitude (m)."""
+        raise NotImplementedError
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a copy with some fields changed.
+
+        Raises
+        ------
+        UnknownNameError
+            If a name is not a field.
+        ParameterError
+            If a value is not allowed.
+        """
+        names = [f.name for f in dataclasses.fields(self)]
+        checks.known(f"field of {self.called}", changes, names)
+        return dataclasses.replace(self, **changes)
+
+    def settings(self) -> list[Any]:
+        """Nothing: what is no number of a law is no part of the equations."""
+        return []
+
+    def with_numbers(self, values: Mapping[str, Any]) -> Self:
+        """Return the law with numbers for all its texts; raises where they do not go together."""
+        return dataclasses.replace(self, **{f: values[f] for f in self.number_fields()})
+
+    def named(self) -> Self:
+        """Return the law with each number as the text of its own name."""
+        return dataclasses.replace(self, **{field: field for field in self.number_fields()})
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the law as plain values, for files."""
+        return {"law": self.kind, **dataclasses.asdict(self)}
+
+
+@dataclass(frozen=True)
+class Cone(ContactLaw):
+    """The paper's wheel: a cone on a knife edge, with a spring behind the flange.
+
+    Parameters
+    ----------
+    conicity : float
+        Slope of the tread.
+    """
+
+    kind = "cone"
+    law = shapes.CONE
+    example = MappingProxyType({"conicity": 0.05})
+
+    conicity: Number = number(
+        "1", "slope of the tread", needed=True, low=0.0, open_low=True, high=_STEEPEST_TREAD
+    )
+
+    def linear(self, amplitude: float = 0.0) -> Linear:
+        """Return conicity, contact angle and its rate."""
+        value = _plain(self.conicity)
+        return Linear(value, value, 0.0)
+
+
+@dataclass(frozen=True)
+class LinearProfile(ContactLaw):
+    """Wickens' three parameters: conicity, contact angle and its rate, with a spring behind the flange.
+
+    Parameters
+    ----------
+    conicity : float
+        Slope of the rolling radius over the lateral shift.
+    contact_angle : float
+        Tangent of the contact angle at the centre.
+    contact_angle_rate : float
+        Its change with the lateral shift, rad/m.
+    """
+
+    kind = "linear"
+    law = shapes.LINEAR
+    example = MappingProxyType({"conicity": 0.1, "contact_angle": 0.05, "contact_angle_rate": 10.0})
+
+    conicity: Number = number(
+        "1", "slope of the rolling radius", needed=True, low=0.0, open_low=True, high=_STEEPEST_TREAD
+    )
+    contact_angle: Number = number(
+        "rad", "contact angle at the centre", needed=True, low=0.0, high=_STEEPEST_TREAD
+    )
+    contact_angle_rate: Number = number(
+        "rad/m", "its change with the lateral shift", needed=True, low=0.0
+    )
+
+    def linear(self, amplitude: float = 0.0) -> Linear:
+        """Return conicity, contact angle and its rate."""
+        return Linear(*map(_plain, (self.conicity, self.contact_angle, self.contact_angle_rate)))
+
+
+@dataclass(frozen=True)
+class ArcProfile(ContactLaw):
+    """A hollow circular arc on a round rail head, with a spring behind the flange.
+
+    Parameters
+    ----------
+    contact_angle : float
+        Contact angle at the centre, rad.
+    wheel_profile_radius : float
+        Radius of the hollow tread across the track, m; larger than that of the rail. A very large one
+        is a straight tread.
+    rail_profile_radius : float
+        Radius of the rail head, m.
+    """
+
+    kind = "arcs"
+    law = shapes.ARCS
+    example = MappingProxyType(
+        {"contact_angle": 0.05, "wheel_profile_radius": 0.5, "rail_profile_radius": 0.3}
+    )
+
+    contact_angle: Number = number(
+        "rad", "contact angle at the centre", needed=True, low=0.0, open_low=True, high=_STEEPEST_TREAD
+    )
+    wheel_profile_radius: Number = positive("m", "radius of the hollow tread across the track")
+    rail_profile_radius: Number = number("m", "radius of the rail head", needed=True, low=0.0)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        wheel, rail = self.wheel_profile_radius, self.rail_profile_radius
+        plain = isinstance(wheel, (int, float)) and isinstance(rail, (int, float))
+        if plain and not wheel > rail:  # type: ignore[operator]
+            raise ParameterError(
+                f"wheel_profile_radius of ArcProfile is {wheel:g} m and rail_profile_radius {rail:g} m; "
+                "the hollow of the wheel must be wider than the rail head"
+            )
+
+    def linear(self, amplitude: float = 0.0) -> Linear:
+        """Return conicity, contact angle and its rate at the centre, roll left out."""
+        angle, wheel, rail = map(
+            _plain, (self.contact_angle, self.wheel_profile_radius, self.rail_profile_radius)
+        )
+        nearness = 1.0 / (wheel - rail)
+        rate = nearness / math.cos(angle) ** 3
+        return Linear((1.0 + rail * nearness) * math.tan(angle), math.tan(angle), rate)
+
+
+def _plain(value: Number) -> float:
+    if not isinstance(value, (int, float)):
+        raise ParameterError(f"a number is {shown(value)}, which is known in a vehicle only")
+    return float(value)
+
+
+LAWS: tuple[type[ContactLaw], ...] = (Cone, LinearProfile, ArcProfile)
+"""All contact laws."""
+
+
+def contact_law(value: Any) -> ContactLaw:
+    """Return a contact law from itself or from plain values, as files have them.
+
+    Raises
+    ------
+    ParameterError
+        If it is neither, or a value is not allowed.
+    UnknownNameError
+        If there is no such law, or it has no such field.
+    """
+    if isinstance(value, ContactLaw):
+        return value
+    if not isinstance(value, Mapping) or "law" not in value:
+        kinds = ", ".join(repr(law.kind) for law in LAWS)
+        raise ParameterError(
+            f"contact is {shown(value)}; it must be a contact law such as railenv.Cone, or a mapping "
+            f"with 'law' ({kinds}) and its fields"
+        )
+    by_kind = {law.kind: law for law in LAWS}
+    checks.known("contact law", [value["law"]], list(by_kind))
+    law = by_kind[value["law"]]
+    fields = {name: v for name, v in value.items() if name != "law"}
+    needed = [f.name for f in dataclasses.fields(law) if f.default is dataclasses.MISSING]
+    checks.known(f"field of {law.__name__}", fields, [f.name for f in dataclasses.fields(law)])
+    missing = [name for name in needed if name not in fields]
+    if missing:
+        raise ParameterError(f"contact law {law.kind!r} lacks {', '.join(missing)}")
+    return law(**fields)
+
+
+def resolved(owner: str, conicity: Number, contact: Any) -> tuple[Number, ContactLaw]:
+    """Return conicity and contact law where one of them, or both, are given.
+
+    ``conicity`` is the short form of a cone.
+
+    Raises
+    ------
+    ParameterError
+        If neither is given, or they contradict each other.
+    """
+    if contact is None and conicity is None:
+        raise ParameterError(f"{owner} lacks contact; give a contact law, or conicity for a cone")
+    law = Cone(conicity) if contact is None else contact_law(contact)
+    own: Number = getattr(law, "conicity", None)
+    if conicity is not None and conicity != own:
+        has = f"a {law.called} of {shown(own)}" if own is not None else f"{law.called}, which has none"
+        raise ParameterError(
+            f"conicity of {owner} is {shown(conicity)} and its contact {has}; give one of them"
+        )
+    return own, law
