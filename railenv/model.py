@@ -21,7 +21,7 @@ from railenv.kernels import loader, store
 from railenv.vehicles.declared import DeclaredEquations, MovingBody
 from railenv.vehicles.elements import GRAVITY
 from railenv.vehicles.guided import Guided
-from railenv.tables import Table, pack
+from railenv.tables import Table, names_of, pack
 
 if TYPE_CHECKING:
     import control
@@ -120,7 +120,7 @@ class Model:
         """Trace the equations and return the text of the kernels; takes a second or two."""
         from railenv.kernels.source import kernel_source
 
-        names = (*self.parameters, *self.tables)
+        names = (*self.parameters, *(n for table in self.tables for n in names_of(table)))
         return kernel_source(
             self.equations,
             self.state_names,

@@ -1,14 +1,17 @@
 """Characteristics given as tables: a cubic on each cell of a uniform grid, linear beyond its ends.
 
-What a kernel reads of a table is one row of numbers (:meth:`Table.packed`); its first entries say where
-the grid starts, ends and how fine it is, then follow the cells, each with four coefficients per column.
+What a kernel reads of a table is one row of numbers (:meth:`Table.packed`), cell after cell, each with
+the constants of all columns, then the factors of t, and so on; and among its parameters where the table
+and its grid start, how fine the grid is, and its last cell (:func:`names_of`).
 """
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -19,8 +22,8 @@ from railenv.errors import ParameterError
 
 Array = NDArray[np.float64]
 
-HEAD = 4
-"""Entries before the coefficients: first and last x, cells per unit of x, number of the last cell."""
+WIDE = 8
+"""Columns in the cells of a table of several; what it lacks is filled up with zeros."""
 
 _MOST_EXACT = 256
 """Cells of the largest grid on which points are looked for."""
@@ -118,6 +121,15 @@ class Table:
             parts.append(_hermite(px, py, CubicSpline(px, py)(px, 1)))
         return cls(px, np.concatenate(parts, axis=1))
 
+    def with_slope(self, column: int) -> Table:
+        """Return the table with the exact slope of a column behind that column."""
+        parts = self.coefficients.reshape(len(self.coefficients), -1, 4)
+        per = 1.0 / np.diff(self.x)[:, None]
+        slope = np.zeros_like(parts[:, column])
+        slope[:, :3] = parts[:, column, 1:] * [1.0, 2.0, 3.0] * per
+        added = np.insert(parts, column + 1, slope, axis=1)
+        return dataclasses.replace(self, coefficients=added.reshape(len(parts), -1))
+
     def __call__(self, x: Any, order: int = 0, column: int = 0) -> Any:
         """Return value or derivative at a float, or a complex number whose real part says where."""
         low, high = self.x[0], self.x[-1]
@@ -138,16 +150,40 @@ class Table:
         return per * per * (2.0 * c + 6.0 * t * d) if order == 2 else 6.0 * per**3 * d
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Table) and np.array_equal(self.packed(), other.packed())
+        return (
+            isinstance(other, Table)
+            and np.array_equal(self.x, other.x)
+            and np.array_equal(self.coefficients, other.coefficients)
+        )
+
+    @cached_property
+    def _hash(self) -> int:
+        return hash((self.x.tobytes(), self.coefficients.tobytes()))
 
     def __hash__(self) -> int:
-        return hash(self.packed().tobytes())
+        return self._hash
 
     def packed(self) -> Array:
-        """Return what a kernel reads, a vector."""
+        """Return what a kernel reads, a vector.
+
+        Before the first and behind the last cell there is a straight one, in which what lies beyond
+        the grid is looked up.
+        """
+        inner = self.coefficients.reshape(len(self.coefficients), -1, 4)
+        before, behind = np.zeros_like(inner[:1]), np.zeros_like(inner[:1])
+        before[0, :, 1], before[0, :, 0] = inner[0, :, 1], inner[0, :, 0] - inner[0, :, 1]
+        behind[0, :, 0] = inner[-1].sum(axis=1)
+        behind[0, :, 1] = inner[-1] @ [0.0, 1.0, 2.0, 3.0]
+        cells = np.concatenate([before, inner, behind]).transpose(0, 2, 1)
+        spare = width(cells.shape[2]) - cells.shape[2]
+        return np.pad(cells, [(0, 0), (0, 0), (0, spare)]).ravel()
+
+    @property
+    def grid(self) -> tuple[float, float, float]:
+        """Where the cells that a kernel reads start, how many there are per unit of x, the last one."""
         cells = len(self.coefficients)
-        head = [self.x[0], self.x[-1], cells / (self.x[-1] - self.x[0]), cells - 1.0]
-        return np.concatenate([head, self.coefficients.ravel()])
+        width = float(self.x[-1] - self.x[0]) / cells
+        return float(self.x[0]) - width, 1.0 / width, cells + 1.0
 
     def inverse(self, *, name: str = "table") -> Table:
         """Return x over y, for a characteristic that rises everywhere.
@@ -164,8 +200,18 @@ class Table:
         return Table.through(py, px, odd=odd, name=name)
 
 
+def width(columns: int) -> int:
+    """Return how many columns the cells of a table have in kernels: one, or eight looked up at once."""
+    return 1 if columns == 1 else WIDE
+
+
+def names_of(table: str) -> tuple[str, str, str, str]:
+    """Names of the parameters of kernels that say where a table is, and what its grid is."""
+    return table, f"{table}__first", f"{table}__per", f"{table}__last"
+
+
 def pack(tables: Sequence[Mapping[str, Table]]) -> tuple[Array | None, list[list[float]]]:
-    """Return all distinct tables in one vector, and where those of each system start in it.
+    """Return all distinct tables in one vector, and for each system the numbers of :func:`names_of`.
 
     Without tables there is no vector: None costs a call of a kernel less than an array.
 
@@ -183,7 +229,9 @@ def pack(tables: Sequence[Mapping[str, Table]]) -> tuple[Array | None, list[list
                 parts.append(table.packed())
                 end += len(parts[-1])
     packed = np.concatenate(parts) if starts else None
-    return packed, [[starts[t] for t in system.values()] for system in tables]
+    return packed, [
+        [number for t in system.values() for number in (starts[t], *t.grid)] for system in tables
+    ]
 
 
 def _cells_of(x: Array, name: str) -> int:

@@ -19,8 +19,8 @@ from railenv.equations.functions import Scalar, cos, sin, sqrt, table, where_pos
 STEEPEST = 0.99
 """Sine of the contact angle up to which arcs are followed; beyond it they go on straight."""
 
-TABLE_COLUMNS = 3
-"""Columns of a table of profiles: height, increase of the rolling radius, place on the rail."""
+TABLE_COLUMNS = 5
+"""Columns of a table of profiles: those of a :class:`Touch`."""
 
 
 class Touch(NamedTuple):
@@ -28,9 +28,9 @@ class Touch(NamedTuple):
 
     height: Scalar  # H, how far the wheel rides up, m
     slope: Scalar  # H', tangent of the contact angle against the axle
+    bend: Scalar  # H'', 1/m; 0 in laws whose rail does not yield sideways, which do not need it
     radius: Scalar  # increase of the rolling radius, m
     place: Scalar = 0  # place on the rail, outwards from where it touches at eta = 0, m
-    bend: Scalar = 0  # H'', 1/m, of laws whose rail yields sideways
 
 
 class Law(NamedTuple):
@@ -49,13 +49,13 @@ class Law(NamedTuple):
 def cone(c: Scalar, eta: Scalar) -> Touch:
     """Return the touch of a straight tread: the paper's cone on a knife edge."""
     rise = c.conicity * eta
-    return Touch(rise, c.conicity, rise)
+    return Touch(rise, c.conicity, 0, rise)
 
 
 def linear(c: Scalar, eta: Scalar) -> Touch:
     """Return the touch by Wickens' three parameters: conicity, contact angle and its rate."""
     height = eta * (c.contact_angle + 0.5 * c.contact_angle_rate * eta)
-    return Touch(height, c.contact_angle + c.contact_angle_rate * eta, c.conicity * eta)
+    return Touch(height, c.contact_angle + c.contact_angle_rate * eta, 0, c.conicity * eta)
 
 
 def arcs(c: Scalar, eta: Scalar) -> Touch:
@@ -72,7 +72,7 @@ def arcs(c: Scalar, eta: Scalar) -> Touch:
     slope = sine / cosine
     # (cos 0 - cos) (R_w - R_r), written so that it holds for straight wheels too
     height = (eta - beyond) * (sine + sine0) / (cosine + cosine0) + slope * beyond
-    return Touch(height, slope, (1.0 + c.rail_profile_radius * nearness) * height)
+    return Touch(height, slope, 0, (1.0 + c.rail_profile_radius * nearness) * height)
 
 
 def _held(sine: Scalar) -> Scalar:
@@ -92,10 +92,7 @@ def between(c: Scalar, eta: Scalar) -> Touch:
 
 
 def _looked_up(t: Scalar, eta: Scalar) -> Touch:
-    def value(column: int, order: int = 0) -> Scalar:
-        return table(t, eta, order, column, TABLE_COLUMNS)
-
-    return Touch(value(0), value(0, 1), value(1), value(2), value(0, 2))
+    return Touch(*(table(t, eta, 0, column, TABLE_COLUMNS) for column in range(TABLE_COLUMNS)))
 
 
 CONE = Law(cone)

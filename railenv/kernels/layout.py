@@ -10,8 +10,8 @@ class Layout:
     """Rows of the flat buffer ``w[row * L + lane]``, by their first index.
 
     In order: states ``x``, inputs ``u``, running conditions ``c`` (speed, curvature, cant),
-    parameters ``p``, derivatives ``dx``, two rows per state of work space of the integrators, signals
-    ``o``, the nonzero entries of the Jacobian ``j``, and those of the derivatives by the parameters
+    parameters ``p``, derivatives ``dx``, two rows per state of work space of the integrators, what is
+    looked up in tables, signals ``o``, the nonzero entries of the Jacobian ``j``, and those of the derivatives by the parameters
     ``q``. Buffers that only integrate end before ``j``, those that need no derivative by a parameter
     before ``q``.
     """
@@ -22,6 +22,7 @@ class Layout:
     n_entries: int
     n_signals: int = 0
     n_parameter_entries: int = 0
+    n_lookups: int = 0
 
     @property
     def x(self) -> int:
@@ -54,9 +55,14 @@ class Layout:
         return self.dx + self.n_states
 
     @property
+    def lookups(self) -> int:
+        """First row of what is looked up in tables: arguments and values."""
+        return self.work + 2 * self.n_states
+
+    @property
     def o(self) -> int:
         """First row of the signals."""
-        return self.work + 2 * self.n_states
+        return self.lookups + self.n_lookups
 
     @property
     def j(self) -> int:

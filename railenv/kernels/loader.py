@@ -26,6 +26,7 @@ import platformdirs
 from railenv.errors import CompilationError
 from railenv.files import write_whole
 from railenv.kernels.layout import Layout
+from railenv.tables import WIDE
 
 _KERNELS_GO_HERE = "# --- kernels go here ---\n"
 _FIRST_KERNEL = "\n@jit\n"
@@ -52,6 +53,9 @@ inline = numba.njit(forceinline=True, **_options)
 real = np.{dtype}
 ROUNDER = real({rounder!r})
 L = {lanes}
+# lanes that look up in a table together: as many as numbers fit in one vector
+AT_ONCE = min(L, 32 // np.dtype(real).itemsize)
+WIDE = {wide}
 """
 _ROWS = """
 NX = {0.n_states}
@@ -109,7 +113,7 @@ def _fallback(place: str, error: str) -> Path:
 def compilable_text(source: str, lanes: int, dtype: str, program: Program = "integrate") -> str:
     """Join header, elementary functions, generated kernels and integrators into one text."""
     functions, integrators = _text_of("integrators.pyk").split(_KERNELS_GO_HERE)
-    header = _HEADER.format(dtype=dtype, rounder=_ROUNDER[dtype], lanes=lanes)
+    header = _HEADER.format(dtype=dtype, rounder=_ROUNDER[dtype], lanes=lanes, wide=WIDE)
     rows = _ROWS.format(layout_of(source))
     further = [_text_of("environment.pyk")] if program == "environment" else []
     return "\n".join([header, functions, source, rows, integrators, *further])
@@ -122,7 +126,8 @@ def layout_of(source: str) -> Layout:
     states, inputs, parameters, cells, further = (
         len(head[name]) for name in ("STATES", "INPUTS", "PARAMETERS", "CELLS", "PARAMETER_CELLS")
     )
-    return Layout(states, inputs, parameters, cells, head["N_SIGNALS"], further)
+    own = (head["N_SIGNALS"], further, head["N_LOOKUPS"])
+    return Layout(states, inputs, parameters, cells, *own)
 
 
 def _text_of(name: str) -> str:
