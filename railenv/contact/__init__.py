@@ -1,0 +1,1 @@
+"""Wheel-rail contact: profiles, the contact of a pair of them, equivalent conicity, wear."""
