@@ -6,6 +6,7 @@ the wheel's surface is W(Y - eta) and the rail's R(Y).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -122,22 +123,19 @@ class Search:
             found[3, rows] = weights @ self.Y[nodes]
         return Contacts(self.eta, *found)
 
-    def weights(self, wanted: NDArray[np.bool_]) -> list[Weights]:
+    def weights(self, wanted: NDArray[np.bool_]) -> Iterator[Weights]:
         """Return the weights of the shifts that are wanted, in blocks."""
-        out = []
         for first, least, nodes, values, sums in self._blocks(wanted):
             at = self._samples(first, len(least), nodes)
-            out.append(Weights(first, nodes, values / sums[:, None], at))
-        return out
+            yield Weights(first, nodes, values / sums[:, None], at)
 
     def _blocks(
         self, wanted: NDArray[np.bool_] | None = None
-    ) -> list[tuple[int, Array, NDArray[np.intp], Array, Array]]:
+    ) -> Iterator[tuple[int, Array, NDArray[np.intp], Array, Array]]:
         """Return for blocks of shifts: the first, least gaps, nodes near contact, exp(-gap/width), sums."""
         # row k holds the wheel shifted by the k-th eta: its sample at node i is 2 steps + per i - k
         span = self.per * (len(self.Y) - 1) + 1
         shifted = sliding_window_view(self.wheel, span)[::-1, ::self.per]
-        out = []
         for first in range(0, len(self.eta), _ROWS):
             if wanted is not None and not wanted[first : first + _ROWS].any():
                 continue
@@ -145,8 +143,7 @@ class Search:
             least = gap.min(axis=1)
             near = np.flatnonzero((gap < least[:, None] + _LEAST_WEIGHT * self.width).any(axis=0))
             values = np.exp((least[:, None] - gap[:, near]) / self.width)
-            out.append((first, least, near, values, values.sum(axis=1)))
-        return out
+            yield first, least, near, values, values.sum(axis=1)
 
     def _samples(self, first: int, rows: int, nodes: NDArray[np.intp]) -> NDArray[np.intp]:
         shift = 2 * self.steps - first - np.arange(rows)
