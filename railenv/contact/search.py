@@ -123,22 +123,18 @@ class Search:
             found[3, rows] = weights @ self.Y[nodes]
         return Contacts(self.eta, *found)
 
-    def weights(self, wanted: NDArray[np.bool_]) -> Iterator[Weights]:
-        """Return the weights of the shifts that are wanted, in blocks."""
-        for first, least, nodes, values, sums in self._blocks(wanted):
+    def weights(self) -> Iterator[Weights]:
+        """Return the weights of all shifts, in blocks."""
+        for first, least, nodes, values, sums in self._blocks():
             at = self._samples(first, len(least), nodes)
             yield Weights(first, nodes, values / sums[:, None], at)
 
-    def _blocks(
-        self, wanted: NDArray[np.bool_] | None = None
-    ) -> Iterator[tuple[int, Array, NDArray[np.intp], Array, Array]]:
+    def _blocks(self) -> Iterator[tuple[int, Array, NDArray[np.intp], Array, Array]]:
         """Return for blocks of shifts: the first, least gaps, nodes near contact, exp(-gap/width), sums."""
         # row k holds the wheel shifted by the k-th eta: its sample at node i is 2 steps + per i - k
         span = self.per * (len(self.Y) - 1) + 1
         shifted = sliding_window_view(self.wheel, span)[::-1, ::self.per]
         for first in range(0, len(self.eta), _ROWS):
-            if wanted is not None and not wanted[first : first + _ROWS].any():
-                continue
             gap = shifted[first : first + _ROWS] - self.rail
             least = gap.min(axis=1)
             near = np.flatnonzero((gap < least[:, None] + _LEAST_WEIGHT * self.width).any(axis=0))
