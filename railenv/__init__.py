@@ -11,6 +11,10 @@ from importlib import import_module as _import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from railenv.contact.conicity import equivalent_conicity
+    from railenv.contact.pair import ProfilePair
+    from railenv.contact.profiles import Profile
+    from railenv.contact.wear import worn
     from railenv.equilibrium import Equilibrium, find_equilibrium
     from railenv.equipment import Equipped
     from railenv.errors import (
@@ -42,6 +46,10 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _MODULES = {
+    "contact.conicity": ("equivalent_conicity",),
+    "contact.pair": ("ProfilePair",),
+    "contact.profiles": ("Profile",),
+    "contact.wear": ("worn",),
     "equilibrium": ("Equilibrium", "find_equilibrium"),
     "equipment": ("Equipped",),
     "errors": (
@@ -95,6 +103,8 @@ __all__ = [
     "Model",
     "MovingBody",
     "ParameterError",
+    "Profile",
+    "ProfilePair",
     "RailenvError",
     "Sensors",
     "SimulationError",
@@ -102,8 +112,10 @@ __all__ = [
     "UnknownNameError",
     "Vehicle",
     "YawActuator",
+    "equivalent_conicity",
     "find_equilibrium",
     "simulate",
+    "worn",
 ]
 
 
@@ -115,7 +127,7 @@ if not TYPE_CHECKING:  # type checkers read the imports above
             value = getattr(_import_module(f"railenv.{_HOME[name]}"), name)
             globals()[name] = value  # the next time it is found at once
             return value
-        if name in (*_MODULES, "batch", "checks", "envs", "irregularity"):
+        if name in (*_MODULES, "batch", "checks", "contact", "envs", "irregularity"):
             return _import_module(f"railenv.{name}")
         raise AttributeError(f"module 'railenv' has no attribute {name!r}")
 

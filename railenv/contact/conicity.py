@@ -28,9 +28,10 @@ def equivalent_conicity(
     """Return the equivalent conicity of a rolling-radius difference, a table over the lateral shift.
 
     By EN 15302 it is that of the coned wheelset whose kinematic motion has the same wavelength. A
-    wheelset moves by y'' = -delta_r(y) / (2 e r0); the time between its turning points is an integral over
-    its potential energy, exact for a table that is straight between its points, and e and r0 cancel.
-    Where the wheelset does not come back over the centre there is no such motion, and the conicity is 0.
+    wheelset moves by y'' = -delta_r(y) / (2 e r0); the time between its turning points is an integral
+    over its potential energy, exact for a table that is straight between its points, and e and r0
+    cancel. Where the wheelset does not come back over the centre there is no such motion, and the
+    conicity is 0.
 
     The harmonic one is the first Fourier coefficient of delta_r over a sine of the amplitude about
     y = 0, as a describing function has it.
@@ -60,10 +61,13 @@ def equivalent_conicity(
     delta = checks.numbers("rolling_radius_difference", rolling_radius_difference, least=2)
     if places.shape != delta.shape:
         raise ParameterError(
-            f"there are {len(places)} y and {len(delta)} rolling-radius differences; they must be as many"
+            f"there are {len(places)} y and {len(delta)} rolling-radius differences; they must be "
+            "as many"
         )
     if not (np.isfinite(places).all() and np.isfinite(delta).all()):
-        raise ParameterError("the table of the rolling-radius difference has entries that are not finite")
+        raise ParameterError(
+            "the table of the rolling-radius difference has entries that are not finite"
+        )
     if not (np.diff(places) > 0.0).all():
         at = int(np.flatnonzero(np.diff(places) <= 0.0)[0])
         raise ParameterError(f"y goes from {places[at]:g} to {places[at + 1]:g} m; it must rise")
@@ -95,7 +99,8 @@ def harmonic(x: Array, f: Array, amplitude: Array) -> Array:
     widest = min(-x[0], x[-1])
     if amplitude.max() > widest * (1.0 + 1e-9):
         raise ParameterError(
-            f"amplitude is {amplitude.max():g} m; the table goes to {max(widest, 0.0):g} m on both sides"
+            f"amplitude is {amplitude.max():g} m; the table goes to {max(widest, 0.0):g} m on "
+            "both sides"
         )
     sine = np.sin(np.pi * (np.arange(_PHASES) + 0.5) / _PHASES - 0.5 * np.pi)
     values = np.interp(amplitude[:, None] * sine, x, f)
@@ -140,7 +145,9 @@ class _Table:
                 f"amplitude is {amplitude:g} m; the table goes from {self.y[0]:g} to {self.y[-1]:g} m, "
                 f"which is enough for {0.5 * (self.y[-1] - self.y[0]):g} m"
             )
-        tries = np.unique(np.clip(np.concatenate([self.y, self.y - 2.0 * amplitude]), low, max(low, high)))
+        tries = np.unique(
+            np.clip(np.concatenate([self.y, self.y - 2.0 * amplitude]), low, max(low, high))
+        )
         climb = self.potential(tries + 2.0 * amplitude) - self.potential(tries)
         scale = _ZERO * float(np.abs(self.energy).max())
         roots = tries[np.abs(climb) <= scale].tolist()
@@ -148,8 +155,8 @@ class _Table:
             roots.append(self._root(amplitude, float(tries[k]), float(tries[k + 1])))
         if not roots:
             raise ParameterError(
-                f"amplitude is {amplitude:g} m; within the table, from {self.y[0]:g} to {self.y[-1]:g} m, "
-                "the wheelset does not swing so far to both sides"
+                f"amplitude is {amplitude:g} m; within the table, from {self.y[0]:g} to {self.y[-1]:g} "
+                "m, the wheelset does not swing so far to both sides"
             )
         return float(min(roots, key=lambda root: abs(root + amplitude)))
 

@@ -71,8 +71,8 @@ def read(
     scale = raw.scale if units is None else UNITS[units]
     if scale is None:
         raise ParameterError(
-            f"{str(file)!r} does not tell its units; say units='mm' or 'm', or write them into its first "
-            "line, as y_mm,z_mm"
+            f"{str(file)!r} does not tell its units; say units='mm' or 'm', or write them into its "
+            "first line, as y_mm,z_mm"
         )
     if not raw.rows:
         raise ParameterError(f"{str(file)!r} has no points")
@@ -144,7 +144,9 @@ def _simpack(file: Path, lines: list[str], kind: Kind) -> _Raw:
         elif found := _KEY.match(text):
             (header if section == "header" else keys)[found[1]] = found[2].strip().strip("'\"")
     if not ended:
-        raise ParameterError(f"{str(file)!r} has no point.begin ... point.end, so it is no SIMPACK file")
+        raise ParameterError(
+            f"{str(file)!r} has no point.begin ... point.end, so it is no SIMPACK file"
+        )
     told = header.get("type")
     if told is not None and _value(file, "type", told) != float(kind == "wheel"):
         raise ParameterError(
@@ -184,7 +186,9 @@ def _miniprof(file: Path, lines: list[str]) -> _Raw:
             continue
         if found := _KEY.match(text):
             if raw.rows:
-                raise ParameterError(f"{str(file)!r}, line {number} has the key {found[1]!r} after points")
+                raise ParameterError(
+                    f"{str(file)!r}, line {number} has the key {found[1]!r} after points"
+                )
             keys[found[1]] = found[2].strip()
             columns = [c.strip() for c in keys.get("ColumnDef", "X,Y").split(",")]
             if not {"X", "Y"} <= set(columns):
@@ -267,6 +271,6 @@ def _parts(text: str) -> list[str]:
 
 def _value(file: Path, key: str, text: str) -> float:
     try:
-        return float(text.split()[0])
+        return float(text.split(maxsplit=1)[0])
     except (IndexError, ValueError):
         raise ParameterError(f"{str(file)!r} says {key} = {text!r}; it must be a number") from None

@@ -1,4 +1,4 @@
-"""A pair of profiles in the track: lift, contact angle, rolling radius and contact place over the shift."""
+"""A pair of profiles in the track: lift, angle, rolling radius and place of contact over the shift."""
 
 from __future__ import annotations
 
@@ -94,16 +94,16 @@ class LinearContact(NamedTuple):
 class ProfilePair:
     """A wheel's profile on a rail's.
 
-    All is told of one wheel over ``eta``, its lateral shift towards its own flange, so that left and right
-    are alike. The contact is quasi-elastic: lift, radius and place are means over the gap with weights
-    exp(-gap/width), so that they are smooth where rigid contact jumps, and the slope of the lift is the
-    tangent of the contact angle, as the work of the normal force requires.
+    All is told of one wheel over ``eta``, its lateral shift towards its own flange, so that left and
+    right are alike. The contact is quasi-elastic: lift, radius and place are means over the gap with
+    weights exp(-gap/width), so that they are smooth where rigid contact jumps, and the slope of the
+    lift is the tangent of the contact angle, as the work of the normal force requires.
 
     Parameters
     ----------
     wheel, rail : str, path, array_like of shape (n, 2), or Profile
-        Name of a shipped profile, a file (see :meth:`Profile.read`), points in m (see :meth:`Profile.of`)
-        or a profile. Kept as a :class:`Profile`.
+        Name of a shipped profile, a file (see :meth:`Profile.read`), points in m (see
+        :meth:`Profile.of`) or a profile. Kept as a :class:`Profile`.
     inclination : float
         Angle by which the rail leans towards the track's centre, rad. 0 for a rail that was measured as
         it lies in the track.
@@ -118,19 +118,20 @@ class ProfilePair:
     gauge_depth : float
         How far below the top of the rail the gauge is measured, m.
     width : float
-        Width of the weights, m. A Hertzian patch of lateral semi-axis b on profiles of relative radius R
-        is as wide as these weights for ``width`` = b^2 / (5 R): 1.5e-5 m for wheels of about 60 kN,
+        Width of the weights, m. A Hertzian patch of lateral semi-axis b on profiles of relative radius
+        R is as wide as these weights for ``width`` = b^2 / (5 R): 1.5e-5 m for wheels of about 60 kN,
         5e-6 m for 10 kN. The narrower, the closer to rigid contact.
     step : float
-        Step of the tables, m; where the contact jumps, the slope of the lift changes within about
-        4 ``width`` over the difference of the slopes, some 0.03 mm from tread to flange. With the default
+        Step of the tables, m; where the contact jumps, the slope of the lift changes within about 4
+        ``width`` over the difference of the slopes, some 0.03 mm from tread to flange. With the default
         step splines are right there to 0.001 in the slope and 1 um in the radius (which jumps by 8 mm).
         Halve it with the width.
 
     Raises
     ------
     ParameterError
-        If a value is not allowed, the profiles do not touch, or the flange is on the rail at the centre.
+        If a value is not allowed, the profiles do not touch, or the flange is on the rail at the
+        centre.
     """
 
     wheel: Any = "S1002"
@@ -151,14 +152,23 @@ class ProfilePair:
         low, high = _GAUGES
         keep("wheel", profile_of(self.wheel, "wheel"))
         keep("rail", profile_of(self.rail, "rail"))
-        keep("inclination", checks.number("inclination", self.inclination, low=-0.2, high=0.2, unit="rad"))
-        keep("gauge", checks.number("gauge", self.gauge, low=low, high=high, unit="m"))
-        keep("back_to_back", checks.number("back_to_back", self.back_to_back, low=0.2, high=high, unit="m"))
         keep(
-            "nominal_radius", checks.number("nominal_radius", self.nominal_radius, low=0.05, high=2, unit="m")
+            "inclination",
+            checks.number("inclination", self.inclination, low=-0.2, high=0.2, unit="rad"),
+        )
+        keep("gauge", checks.number("gauge", self.gauge, low=low, high=high, unit="m"))
+        keep(
+            "back_to_back",
+            checks.number("back_to_back", self.back_to_back, low=0.2, high=high, unit="m"),
+        )
+        keep(
+            "nominal_radius",
+            checks.number("nominal_radius", self.nominal_radius, low=0.05, high=2, unit="m"),
         )
         keep("tape_circle", checks.number("tape_circle", self.tape_circle, low=0.0, high=0.2, unit="m"))
-        keep("gauge_depth", checks.number("gauge_depth", self.gauge_depth, low=0.0, high=0.05, unit="m"))
+        keep(
+            "gauge_depth", checks.number("gauge_depth", self.gauge_depth, low=0.0, high=0.05, unit="m")
+        )
         keep("width", checks.number("width", self.width, low=5e-7, high=2e-4, unit="m"))
         keep("step", checks.number("step", self.step, low=2e-6, high=1e-4, unit="m"))
         self._check_centre()
@@ -244,8 +254,8 @@ class ProfilePair:
     def flange_clearance(self) -> float:
         """Shift at which the contact reaches the flange, m; infinite where it does not.
 
-        That is where the tangent of the contact angle becomes 0.5: more than any tread has, and less than
-        any flange.
+        That is where the tangent of the contact angle becomes 0.5: more than any tread has, and less
+        than any flange.
         """
         eta = self.tables.eta
         slope = np.tan(self.angle(eta))
@@ -266,12 +276,12 @@ class ProfilePair:
         return self.radius(shift) - self.radius(-shift)
 
     def contact_angle_difference(self, y: ArrayLike) -> Any:
-        """Return left contact angle less right (rad) of a wheelset displaced by ``y`` (m) to the left."""
+        """Return left contact angle less right (rad) of a wheelset displaced to the left, m."""
         shift = np.asarray(y, dtype=float)
         return self.angle(shift) - self.angle(-shift)
 
     def roll(self, y: ArrayLike) -> Any:
-        """Return the roll (rad, left up) by which a wheelset displaced to the left follows both lifts."""
+        """Return the roll (rad, left up) of a wheelset that is displaced to the left, m."""
         shift = np.asarray(y, dtype=float)
         return (self.height(shift) - self.height(-shift)) / (2.0 * self.half_contact_distance)
 
@@ -328,8 +338,8 @@ class ProfilePair:
         depth = rail.z[top] - rail.z[: top + 1]
         if depth[0] < self.gauge_depth:
             raise ParameterError(
-                f"{rail.name} reaches {1e3 * depth[0]:.4g} mm below its top on the gauge side; the gauge is "
-                f"measured {1e3 * self.gauge_depth:.4g} mm below it (gauge_depth)"
+                f"{rail.name} reaches {1e3 * depth[0]:.4g} mm below its top on the gauge side; the "
+                f"gauge is measured {1e3 * self.gauge_depth:.4g} mm below it (gauge_depth)"
             )
         # the innermost place at or above this depth
         inner = np.flatnonzero(depth >= self.gauge_depth)[-1]
@@ -344,8 +354,8 @@ class ProfilePair:
         at = self.tape_place
         there = [at + wheel.y[0], at + wheel.y[-1], at + offset + rail.y[0], at + offset + rail.y[-1]]
         said = (
-            f"wheel {self.wheel.name} reaches from {there[0]:.4g} to {there[1]:.4g} m off the track's centre, "
-            f"rail {self.rail.name} from {there[2]:.4g} to {there[3]:.4g} m"
+            f"wheel {self.wheel.name} reaches from {there[0]:.4g} to {there[1]:.4g} m off the track's "
+            f"centre, rail {self.rail.name} from {there[2]:.4g} to {there[3]:.4g} m"
         )
         overlap = min(there[1], there[3]) - max(there[0], there[2])
         if overlap < 10 * _END:
@@ -368,8 +378,8 @@ class ProfilePair:
         more = (
             "and it comes free nowhere"
             if free is None
-            else f"and comes free {1e3 * free:.2g} mm further in; the gauge is about {2e3 * free:.2g} mm too "
-            "narrow, or back_to_back as much too wide"
+            else f"and comes free {1e3 * free:.2g} mm further in; the gauge is about {2e3 * free:.2g} "
+            "mm too narrow, or back_to_back as much too wide"
         )
         raise ParameterError(
             f"wheel {self.wheel.name} is on its flange at the centre of the track already (gauge "
@@ -388,14 +398,16 @@ class ProfilePair:
         found = search.contacts()
         wheel, rail, offset = self.surfaces
         on_wheel, on_rail = found.place - found.eta, found.place - offset
-        tip = self.wheel.y[int(np.argmin(self.wheel.z))] if np.min(self.wheel.z) < -_FLANGE_DROP else -1.0
+        tip = (
+            self.wheel.y[int(np.argmin(self.wheel.z))] if np.min(self.wheel.z) < -_FLANGE_DROP else -1.0
+        )
         inside = (on_wheel > max(wheel.y[0] + _END, tip)) & (on_wheel < wheel.y[-1] - _END)
         inside &= (on_rail > rail.y[0] + _END) & (on_rail < rail.y[-1] - _END)
         zero = search.steps
         if not inside[zero]:
             raise ParameterError(
-                f"the contact of {self.wheel.name} on {self.rail.name} is at the end of a profile's points "
-                f"at the centre already: {1e3 * on_wheel[zero]:.4g} mm on the wheel"
+                f"the contact of {self.wheel.name} on {self.rail.name} is at the end of a profile's "
+                f"points at the centre already: {1e3 * on_wheel[zero]:.4g} mm on the wheel"
             )
         outside = np.flatnonzero(~inside)
         first = int(outside[outside < zero].max(initial=-1)) + 1
@@ -411,7 +423,7 @@ class ProfilePair:
 
     @cached_property
     def _centre(self) -> tuple[float, float, float]:
-        """Lift, drop and place of the contact at the shift 0, as the profiles' own heights give them."""
+        """Lift, drop and place of the contact at the shift 0, in the profiles' own heights."""
         zero = int(np.argmin(np.abs(self._contacts.eta)))
         found = self._contacts
         return float(found.height[zero]), float(found.drop[zero]), float(found.place[zero])

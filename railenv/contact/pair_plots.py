@@ -47,7 +47,7 @@ def plot_pair(pair: ProfilePair) -> Figure:
     low, high = pair.reach
     furthest = min(-low, high, _FURTHEST, pair.flange_clearance + _BEYOND)
     with mpl.rc_context(_STYLE):
-        figure = Figure(figsize=(9.6, 6.6), layout="constrained")
+        figure = Figure(figsize=(9.6, 6.2), layout="constrained")
         figure.suptitle(str(pair), fontsize=11, x=0.01, ha="left")
         grid = figure.add_gridspec(2, 3, height_ratios=[1.05, 1.0])
         _profiles(figure.add_subplot(grid[0, :]), pair, furthest)
@@ -80,20 +80,24 @@ def _profiles(ax: Axes, pair: ProfilePair, furthest: float) -> None:
     ax.plot(1e3 * ends[0], 1e3 * ends[1], color=_CONTACT, lw=0.6)
     middle = [count, count]
     ax.plot(
-        1e3 * ends[0][[0, 1], middle], 1e3 * ends[1][[0, 1], middle], color=_CONTACT, lw=1.6, label="contacts"
+        1e3 * ends[0][[0, 1], middle],
+        1e3 * ends[1][[0, 1], middle],
+        color=_CONTACT,
+        lw=1.6,
+        label="contacts",
     )
     ax.set_aspect("equal", adjustable="box")
     ax.set_title(f"places that touch, every {1e3 * _CONTACTS:g} mm of shift")
     ax.set_xlabel("distance from the track's centre (mm)")
     ax.set_ylabel("height (mm)")
-    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    ax.legend(loc="lower right")
 
 
 def _difference(ax: Axes, pair: ProfilePair, furthest: float) -> None:
     y = np.linspace(-furthest, furthest, 1201)
     ax.plot(1e3 * y, 1e3 * pair.rolling_radius_difference(y), color=_WHEEL)
     ax.set_title("rolling-radius difference")
-    ax.set_xlabel("shift of the wheelset to the left (mm)")
+    ax.set_xlabel("shift to the left (mm)")
     ax.set_ylabel("left less right (mm)")
 
 
@@ -109,7 +113,7 @@ def _angles(ax: Axes, pair: ProfilePair, furthest: float) -> None:
     ax.set_yticks([], minor=True)
     ax.set_ylim(low, high)
     ax.set_title("contact angle")
-    ax.set_xlabel("shift of the wheelset to the left (mm)")
+    ax.set_xlabel("shift to the left (mm)")
     ax.set_ylabel("against the axle (degrees)")
     ax.legend(loc="upper center")
 
@@ -129,7 +133,9 @@ def _conicity(ax: Axes, pair: ProfilePair, widest: float) -> None:
     if amplitude[0] <= _BOUND <= amplitude[-1]:
         at = pair.equivalent_conicity(_BOUND)
         ax.plot([1e3 * _BOUND], [at], "o", color=_WHEEL, ms=5)
-        ax.annotate(f"{at:.3f} at 3 mm", (1e3 * _BOUND, at), (0, 8), textcoords="offset points", fontsize=8)
+        ax.annotate(
+            f"{at:.3f} at 3 mm", (1e3 * _BOUND, at), (4, -14), textcoords="offset points", fontsize=8
+        )
     ax.set_ylim(0.0, None, auto=True)
     ax.set_title("equivalent conicity")
     ax.set_xlabel("amplitude (mm)")

@@ -51,9 +51,9 @@ _NEWTON_STEPS = 5
 class Profile:
     """Cross section of a wheel or a rail.
 
-    Seen so that left and right are alike: ``y`` points outwards, to the field side, and ``z`` upwards. The
-    flange of a wheel is at negative ``y`` and hangs down, and ``y = 0`` is its tape circle. The gauge face
-    of a rail is at negative ``y``; where its origin lies does not matter.
+    Seen so that left and right are alike: ``y`` points outwards, to the field side, and ``z`` upwards.
+    The flange of a wheel is at negative ``y`` and hangs down, and ``y = 0`` is its tape circle. The
+    gauge face of a rail is at negative ``y``; where its origin lies does not matter.
 
     Make one by :meth:`named`, :meth:`read` or :meth:`of`, which check the points.
 
@@ -102,9 +102,9 @@ class Profile:
     ) -> Profile:
         """Read a profile from a file.
 
-        Formats go by the ending: ``.prw``, ``.prr`` (SIMPACK), ``.whl``, ``.ban`` (MiniProf), and ``.csv``,
-        ``.txt``, ``.dat`` with two columns. The flange tells which way the axes of a wheel's file point,
-        the sides of the head whether those of a rail point up or down.
+        Formats go by the ending: ``.prw``, ``.prr`` (SIMPACK), ``.whl``, ``.ban`` (MiniProf), and
+        ``.csv``, ``.txt``, ``.dat`` with two columns. The flange tells which way the axes of a wheel's
+        file point, the sides of the head whether those of a rail point up or down.
 
         Parameters
         ----------
@@ -289,8 +289,8 @@ def _check_size(what: str, y: Array, z: Array) -> None:
     elif low <= width * 1e3 <= high:
         guess = "; the points seem to be in m and were taken for mm"
     raise ParameterError(
-        f"{what} is {width:g} m wide and {height:g} m high; a profile is {low:g} to {high:g} m wide and "
-        f"at most {_LARGEST_HEIGHT:g} m high{guess}"
+        f"{what} is {width:g} m wide and {height:g} m high; a profile is {low:g} to {high:g} m wide "
+        f"and at most {_LARGEST_HEIGHT:g} m high{guess}"
     )
 
 
@@ -331,13 +331,13 @@ def _check_flange(what: str, y: Array, z: Array) -> None:
     if side > 0.0 or up > 0.0:
         where = " and ".join(["y > 0"] * (side > 0.0) + ["z > 0"] * (up > 0.0))
         raise ParameterError(
-            f"{what} has its flange at {where}; y points outwards and z upwards, so it must be at y < 0 "
-            "and z < 0"
+            f"{what} has its flange at {where}; y points outwards and z upwards, so it must be at "
+            "y < 0 and z < 0"
         )
     if not y[0] < 0.0 < y[-1]:
         raise ParameterError(
-            f"{what} reaches from y = {y[0]:g} to {y[-1]:g} m; y = 0 must lie within, for it is the tape "
-            "circle"
+            f"{what} reaches from y = {y[0]:g} to {y[-1]:g} m; y = 0 must lie within, for it is the "
+            "tape circle"
         )
 
 

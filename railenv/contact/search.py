@@ -1,7 +1,7 @@
-"""Where a wheel touches a rail, over its lateral shift: by weights of the whole gap, and by its least place.
+"""Where a wheel touches a rail, over its lateral shift: by weights of the gap, or by its least place.
 
-Both work in one frame: ``Y`` outwards from where the tape circle is when the wheel is not shifted, so that
-the wheel's surface is W(Y - eta) and the rail's R(Y).
+Both work in one frame: ``Y`` outwards from where the tape circle is when the wheel is not shifted, so
+that the wheel's surface is W(Y - eta) and the rail's R(Y).
 """
 
 from __future__ import annotations
@@ -19,9 +19,11 @@ from railenv.errors import ParameterError
 
 Array = NDArray[np.float64]
 
-LARGEST_NODE = 5e-5
-"""m between two nodes on the rail, at most. The weights on a gauge corner of 13 mm, where wheel and rail
-are at 70 degrees, have a standard deviation of 0.1 mm, and sums over nodes half as far apart are exact."""
+_SHARPEST = 2000.0
+"""1/m: curvature of the gap where a flange of 70 degrees is on a gauge corner of 13 mm."""
+
+_NODES = 2.0
+"""Nodes on the rail per standard deviation of the weights there; with two, sums are integrals."""
 
 _ROWS = 64  # shifts that are worked on together: their gaps stay in the cache
 _LEAST_WEIGHT = 36.0  # widths of gap beyond which a weight is nothing to a float
@@ -85,24 +87,24 @@ class Weights(NamedTuple):
 class Search:
     """Quasi-elastic contact search on uniform grids.
 
-    Grids of nodes on the rail, of samples of the wheel and of shifts have a common step, so that a shift
-    moves the wheel by whole samples and nothing is interpolated.
+    Grids of nodes on the rail, of samples of the wheel and of shifts have a common step, so that a
+    shift moves the wheel by whole samples and nothing is interpolated.
     """
 
     def __init__(self, surfaces: Surfaces, *, step: float, width: float, reach: float) -> None:
         """Sample the surfaces for shifts from ``-reach`` to ``reach``."""
         self.width = width
-        self.per = per = max(1, int(LARGEST_NODE / step + 1e-9))
+        self.per = per = max(1, int(np.sqrt(width / _SHARPEST) / _NODES / step))
         node = per * step
         low = surfaces.rail.y[0] + surfaces.rail_offset
         high = surfaces.rail.y[-1] + surfaces.rail_offset
         first, last = int(np.ceil(low / node)), int(np.floor(high / node))
-        self.Y = node * np.arange(first, last + 1)
+        self.Y: Array = node * np.arange(first, last + 1).astype(float)
         self.rail = surfaces.rail(self.Y - surfaces.rail_offset).z
         self.steps = round(reach / step)
-        self.eta = step * np.arange(-self.steps, self.steps + 1)
+        self.eta: Array = step * np.arange(-self.steps, self.steps + 1).astype(float)
         numbers = np.arange(per * first - self.steps, per * last + self.steps + 1)
-        self.Yw = step * numbers
+        self.Yw: Array = step * numbers.astype(float)
         there = (self.Yw >= surfaces.wheel.y[0]) & (self.Yw <= surfaces.wheel.y[-1])
         self.wheel = np.full(len(numbers), _OUTSIDE)
         self.wheel_slope = np.zeros(len(numbers))
@@ -130,10 +132,10 @@ class Search:
             yield Weights(first, nodes, values / sums[:, None], at)
 
     def _blocks(self) -> Iterator[tuple[int, Array, NDArray[np.intp], Array, Array]]:
-        """Return for blocks of shifts: the first, least gaps, nodes near contact, exp(-gap/width), sums."""
+        """Return, of blocks of shifts, the first, least gaps, nodes, exp(-gap/width) and their sums."""
         # row k holds the wheel shifted by the k-th eta: its sample at node i is 2 steps + per i - k
         span = self.per * (len(self.Y) - 1) + 1
-        shifted = sliding_window_view(self.wheel, span)[::-1, ::self.per]
+        shifted = sliding_window_view(self.wheel, span)[::-1, :: self.per]
         for first in range(0, len(self.eta), _ROWS):
             gap = shifted[first : first + _ROWS] - self.rail
             least = gap.min(axis=1)
@@ -149,8 +151,8 @@ class Search:
 def rigid(surfaces: Surfaces, eta: float, step: float) -> tuple[float, float, float, float]:
     """Return lift, slope, drop and place of the contact of rigid profiles, from the least gap.
 
-    A plain search, by no way of the other's: the gap is looked at in steps, and its least place is refined
-    by a parabola.
+    A plain search, by no way of the other's: the gap is looked at in steps, and its least place is
+    refined by a parabola.
     """
     low = max(surfaces.rail.y[0] + surfaces.rail_offset, surfaces.wheel.y[0] + eta)
     high = min(surfaces.rail.y[-1] + surfaces.rail_offset, surfaces.wheel.y[-1] + eta)

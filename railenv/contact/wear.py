@@ -33,11 +33,12 @@ _WIDEST_SPREAD = 1e-2  # m; clearances are smaller
 def worn(pair: ProfilePair, *, depth: float, spread: float, patch: float = PATCH) -> ProfilePair:
     """Return a pair whose wheel has run.
 
-    The lateral shift is normally distributed about the centre, so that a wheel and its mirror image wear
-    alike. Each shift takes material off where its contact is, in proportion to the weights of the contact,
-    smoothed over a patch. The wheel loses it in small steps, and the contact is searched anew after each,
-    until the deepest place of the tread has lost ``depth``. The rail does not wear. The worn profile is
-    told from its own tape circle again, so its nominal radius is that of the worn wheel.
+    The lateral shift is normally distributed about the centre, so that a wheel and its mirror image
+    wear alike. Each shift takes material off where its contact is, in proportion to the weights of the
+    contact, smoothed over a patch. The wheel loses it in small steps, and the contact is searched anew
+    after each, until the deepest place of the tread has lost ``depth``. The rail does not wear. The
+    worn profile is told from its own tape circle again, so its nominal radius is that of the worn
+    wheel.
 
     The rule knows no forces and no creepage: it gives treads as hollow as measured ones and their
     conicity, not mileage. Flanges hardly wear by it, unless the spread is as wide as the clearance.
@@ -68,15 +69,17 @@ def worn(pair: ProfilePair, *, depth: float, spread: float, patch: float = PATCH
     start = surfaces.wheel(y).z
     tread = (y > _TREAD[0]) & (y < _TREAD[1])
     for k in range(1, steps + 1):
-        rate = _rate(surfaces._replace(wheel=Curve.through(y, start + lost)), y, pair.width, spread, patch)
+        rate = _rate(
+            surfaces._replace(wheel=Curve.through(y, start + lost)), y, pair.width, spread, patch
+        )
         lost += rate * _until(lost[tread], rate[tread], depth * k / steps)
     ends = np.concatenate([[new.y[0]], y, [new.y[-1]]])
     z = np.interp(ends, new.y, new.z)
     z[1:-1] = start + lost
     z -= np.interp(0.0, ends, z)
     said = (
-        f"{new.name} worn {1e3 * depth:g} mm deep on {pair.rail.name}, gauge {1e3 * pair.gauge:g} mm, by "
-        f"lateral shifts with a standard deviation of {1e3 * spread:g} mm"
+        f"{new.name} worn {1e3 * depth:g} mm deep on {pair.rail.name}, gauge {1e3 * pair.gauge:g} mm, "
+        f"by lateral shifts with a standard deviation of {1e3 * spread:g} mm"
     )
     points = np.stack([ends, z], axis=1)
     wheel = Profile.of(points, kind="wheel", name=f"{new.name} worn {1e3 * depth:g} mm", source=said)
