@@ -41,6 +41,7 @@ _END = 5e-4  # m; contact nearer to the end of a profile's points is not trusted
 _FLANGE_DROP = 6e-3  # m below the tape circle, where no tread is
 _RIGID_STEP = 1e-5  # m
 _COARSE_STEP = 1e-4  # m
+_FINE = 1001  # places in a cell of points, where a level is looked for
 _FURTHEST = 0.06  # m inwards, where a place for the wheel is looked for
 _RESOLVED = 1e-9
 _GAUGES = (0.3, 2.5)  # m, from garden railways to more than Brunel's
@@ -334,19 +335,22 @@ class ProfilePair:
     def surfaces(self) -> Surfaces:
         """Curves of wheel and rail, and where they lie."""
         rail = self.rail.turned(self.inclination)
+        curve = rail.curve()
         top = int(np.argmax(rail.z))
-        depth = rail.z[top] - rail.z[: top + 1]
-        if depth[0] < self.gauge_depth:
+        crown = np.linspace(rail.y[max(top - 1, 0)], rail.y[min(top + 1, len(rail.y) - 1)], _FINE)
+        level = float(curve(crown).z.max()) - self.gauge_depth
+        if rail.z[0] > level:
             raise ParameterError(
-                f"{rail.name} reaches {1e3 * depth[0]:.4g} mm below its top on the gauge side; the "
-                f"gauge is measured {1e3 * self.gauge_depth:.4g} mm below it (gauge_depth)"
+                f"{rail.name} reaches {1e3 * (level + self.gauge_depth - rail.z[0]):.4g} mm below its "
+                f"top on the gauge side; the gauge is measured {1e3 * self.gauge_depth:.4g} mm below it "
+                "(gauge_depth)"
             )
-        # the innermost place at or above this depth
-        inner = np.flatnonzero(depth >= self.gauge_depth)[-1]
-        face = slice(inner, inner + 2)
-        face_y = float(np.interp(-self.gauge_depth, -depth[face], rail.y[face]))
+        # the innermost place above this level
+        inner = int(np.flatnonzero(rail.z[: top + 1] <= level)[-1])
+        face = np.linspace(rail.y[inner], rail.y[inner + 1], _FINE)
+        face_y = float(np.interp(level, curve(face).z, face))
         offset = 0.5 * self.gauge - face_y - self.tape_place
-        return Surfaces(self.wheel.curve(), rail.curve(), offset)
+        return Surfaces(self.wheel.curve(), curve, offset)
 
     def _check_centre(self) -> None:
         """Raise if the wheels do not run on their treads at the centre of the track."""

@@ -58,13 +58,13 @@ def worn(pair: ProfilePair, *, depth: float, spread: float, patch: float = PATCH
     ParameterError
         If a value is out of range, or the wheel would run where it has no points.
     """
-    depth = checks.number("depth", depth, low=0.0, high=_DEEPEST, unit="m")
+    depth = checks.number("depth", depth, low=0.0, high=_DEEPEST, open_low=True, unit="m")
     spread = checks.number("spread", spread, low=1e-4, high=_WIDEST_SPREAD, unit="m")
     patch = checks.number("patch", patch, low=2e-4, high=1e-2, unit="m")
     new = pair.wheel
     y = np.arange(math.ceil(new.y[0] / _GRID), math.floor(new.y[-1] / _GRID) + 1) * _GRID
     lost = np.zeros(len(y))
-    steps = max(1, math.ceil(depth / LARGEST_STEP)) if depth > 0.0 else 0
+    steps = max(1, math.ceil(depth / LARGEST_STEP))
     surfaces = pair.surfaces
     start = surfaces.wheel(y).z
     tread = (y > _TREAD[0]) & (y < _TREAD[1])
