@@ -13,7 +13,7 @@ from rich.table import Table
 
 from railenv.cli.common import Found, report
 from railenv.cli.options import JsonOption, PlotOption
-from railenv.contact.pair import STEP, WIDTH, ProfilePair
+from railenv.contact.pair import FINEST_STEP, STEP, WIDTH, ProfilePair
 from railenv.contact.profiles import SHIPPED, Kind, Profile
 from railenv.errors import ParameterError
 
@@ -68,7 +68,7 @@ def contact(
         tape_circle=tape_circle,
         gauge_depth=gauge_depth,
         width=width,
-        step=STEP * min(1.0, width / WIDTH),
+        step=max(FINEST_STEP, STEP * min(1.0, width / WIDTH)),
     )
     report(_found(pair, amplitude), plot, as_json)
 

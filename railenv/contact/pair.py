@@ -31,6 +31,9 @@ WIDTH = 1.5e-5
 STEP = 1e-5
 """m; the default of ``ProfilePair.step``."""
 
+FINEST_STEP = 2e-6
+"""m; the least ``ProfilePair.step``."""
+
 REACH = 0.020
 """m, how far to both sides the tables go, if the profiles do."""
 
@@ -171,7 +174,7 @@ class ProfilePair:
             "gauge_depth", checks.number("gauge_depth", self.gauge_depth, low=0.0, high=0.05, unit="m")
         )
         keep("width", checks.number("width", self.width, low=5e-7, high=2e-4, unit="m"))
-        keep("step", checks.number("step", self.step, low=2e-6, high=1e-4, unit="m"))
+        keep("step", checks.number("step", self.step, low=FINEST_STEP, high=1e-4, unit="m"))
         self._check_centre()
 
     # ------------------------------------------------------------------------- over the shift
@@ -340,10 +343,10 @@ class ProfilePair:
         crown = np.linspace(rail.y[max(top - 1, 0)], rail.y[min(top + 1, len(rail.y) - 1)], _FINE)
         level = float(curve(crown).z.max()) - self.gauge_depth
         if rail.z[0] > level:
+            lowest = 1e3 * (level + self.gauge_depth - rail.z[0])
             raise ParameterError(
-                f"{rail.name} reaches {1e3 * (level + self.gauge_depth - rail.z[0]):.4g} mm below its "
-                f"top on the gauge side; the gauge is measured {1e3 * self.gauge_depth:.4g} mm below it "
-                "(gauge_depth)"
+                f"{rail.name} reaches {lowest:.4g} mm below its top on the gauge side; the gauge is "
+                f"measured {1e3 * self.gauge_depth:.4g} mm below it (gauge_depth)"
             )
         # the innermost place above this level
         inner = int(np.flatnonzero(rail.z[: top + 1] <= level)[-1])

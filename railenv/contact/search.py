@@ -110,7 +110,6 @@ class Search:
         self.wheel_slope = np.zeros(len(numbers))
         on_wheel = surfaces.wheel(self.Yw[there])
         self.wheel[there], self.wheel_slope[there] = on_wheel.z, on_wheel.slope
-        self.wheel_ends = float(surfaces.wheel.y[0]), float(surfaces.wheel.y[-1])
 
     def contacts(self) -> Contacts:
         """Return the contact at all shifts."""
