@@ -13,8 +13,8 @@ from tests.railenv.contact.shapes import table
 
 CASES = {"E1": "UIC519_A", "E2": "UIC519_B", "E3": "UIC519_H", "E4": "UIC519_I"}
 
-# m; puts the origin of the rail's data 750 mm off the centre. The standard says 1435.16 mm. With that, 14 mm
-# below the top of the rail, the rail stands 0.018 mm further in.
+# m; puts the origin of the rail's data 750 mm off the centre. The standard says 1435.16 mm. With that,
+# 14 mm below the top of the rail, the rail stands 0.018 mm further in.
 GAUGE = 1.4351958
 STATED_GAUGE = 1.43516
 
