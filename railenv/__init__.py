@@ -11,7 +11,12 @@ from importlib import import_module as _import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from railenv.contact.conicity import equivalent_conicity
+    from railenv.contact.family import ProfileFamily
     from railenv.contact.laws import ArcProfile, Cone, LinearProfile
+    from railenv.contact.pair import ProfilePair
+    from railenv.contact.profiles import Profile
+    from railenv.contact.wear import worn
     from railenv.equilibrium import Equilibrium, find_equilibrium
     from railenv.equipment import Equipped
     from railenv.errors import (
@@ -43,7 +48,12 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _MODULES = {
+    "contact.conicity": ("equivalent_conicity",),
     "contact.laws": ("ArcProfile", "Cone", "LinearProfile"),
+    "contact.pair": ("ProfilePair",),
+    "contact.family": ("ProfileFamily",),
+    "contact.profiles": ("Profile",),
+    "contact.wear": ("worn",),
     "equilibrium": ("Equilibrium", "find_equilibrium"),
     "equipment": ("Equipped",),
     "errors": (
@@ -100,6 +110,9 @@ __all__ = [
     "Model",
     "MovingBody",
     "ParameterError",
+    "Profile",
+    "ProfileFamily",
+    "ProfilePair",
     "RailenvError",
     "Sensors",
     "SimulationError",
@@ -107,8 +120,10 @@ __all__ = [
     "UnknownNameError",
     "Vehicle",
     "YawActuator",
+    "equivalent_conicity",
     "find_equilibrium",
     "simulate",
+    "worn",
 ]
 
 

@@ -84,18 +84,23 @@ class Numbered:
         """Names of what equations read as tables."""
         return [f.name for f in dataclasses.fields(cls) if "table" in f.metadata]
 
+    def has_table(self, field: str) -> bool:
+        """Whether there is a table of this name."""
+        return getattr(self, field) is not None
+
     def table(self, field: str) -> Table:
         """Return a table as the kernels read it."""
         return Table.through(*getattr(self, field), odd=True, name=f"{field} of {self.called}")
 
     def given(self, prefix: str) -> dict[str, str]:
         """Return the expression of each field that is given; a number is named after its field."""
-        values = {field: getattr(self, field) for field in (*self.number_fields(), *self.table_fields())}
-        return {
+        values = {field: getattr(self, field) for field in self.number_fields()}
+        numbers = {
             field: value if isinstance(value, str) else prefix + field
             for field, value in values.items()
             if value is not None
         }
+        return {**numbers, **{f: prefix + f for f in self.table_fields() if self.has_table(f)}}
 
     def numbers(self, prefix: str) -> dict[str, float]:
         """Return the numbers that are no texts, by their names as parameters."""

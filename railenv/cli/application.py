@@ -13,6 +13,7 @@ from rich.markup import escape
 import railenv
 from railenv.cli import (
     bifurcation,
+    contact,
     critical_speed,
     evaluate,
     locus,
@@ -47,6 +48,7 @@ app.command()(evaluate.evaluate)
 app.command()(tune.tune)
 app.command()(reproduce.reproduce)
 app.command()(train.train)
+app.command()(contact.contact)
 app.command()(warm.warm)
 
 

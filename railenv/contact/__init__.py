@@ -1,1 +1,1 @@
-"""Wheel-rail contact: laws, profiles, Hertz and Kalker, conicity."""
+"""Wheel-rail contact: laws, profiles and their contact, conicity, wear, Hertz and Kalker, FASTSIM."""

@@ -21,12 +21,22 @@ from railenv.fields import Number, Numbered, number, positive
 _STEEPEST_TREAD = 0.7
 
 
-class Linear(NamedTuple):
-    """Contact of a wheel that moves little: Wickens' three parameters."""
+class LinearContact(NamedTuple):
+    """Linear parameters of a contact, as Wickens uses them.
+
+    Attributes
+    ----------
+    conicity : float
+        Change of the rolling radius over the shift.
+    contact_angle : float
+        Tangent of the contact angle at the centre.
+    contact_angle_rate : float
+        Its change over the shift, 1/m.
+    """
 
     conicity: float
-    contact_angle: float  # rad
-    contact_angle_rate: float  # rad/m
+    contact_angle: float
+    contact_angle_rate: float
 
 
 @dataclass(frozen=True)
@@ -55,7 +65,7 @@ class ContactLaw(Numbered):
         """Largest contact angle (rad), of laws that have a flange."""
         return None
 
-    def linear(self, amplitude: float = 0.0) -> Linear:
+    def linear(self, amplitude: float = 0.0) -> LinearContact:
         """Return conicity, contact angle and its rate, for motions of an amplitude (m)."""
         raise NotImplementedError
 
@@ -73,6 +83,10 @@ class ContactLaw(Numbered):
         checks.known(f"field of {self.called}", changes, names)
         return dataclasses.replace(self, **changes)
 
+    def has_table(self, field: str) -> bool:
+        """Whether there is a table of this name: a law has all of them."""
+        return True
+
     def settings(self) -> list[Any]:
         """Nothing: what is no number of a law is no part of the equations."""
         return []
@@ -87,7 +101,7 @@ class ContactLaw(Numbered):
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the law as plain values, for files."""
-        return {"law": self.kind, **dataclasses.asdict(self)}
+        return {"law": self.kind, **{f.name: getattr(self, f.name) for f in dataclasses.fields(self)}}
 
 
 @dataclass(frozen=True)
@@ -108,10 +122,10 @@ class Cone(ContactLaw):
         "1", "slope of the tread", needed=True, low=0.0, open_low=True, high=_STEEPEST_TREAD
     )
 
-    def linear(self, amplitude: float = 0.0) -> Linear:
+    def linear(self, amplitude: float = 0.0) -> LinearContact:
         """Return conicity, contact angle and its rate."""
         value = _plain(self.conicity)
-        return Linear(value, value, 0.0)
+        return LinearContact(value, value, 0.0)
 
 
 @dataclass(frozen=True)
@@ -142,9 +156,9 @@ class LinearProfile(ContactLaw):
         "rad/m", "its change with the lateral shift", needed=True, low=0.0
     )
 
-    def linear(self, amplitude: float = 0.0) -> Linear:
+    def linear(self, amplitude: float = 0.0) -> LinearContact:
         """Return conicity, contact angle and its rate."""
-        return Linear(*map(_plain, (self.conicity, self.contact_angle, self.contact_angle_rate)))
+        return LinearContact(*map(_plain, (self.conicity, self.contact_angle, self.contact_angle_rate)))
 
 
 @dataclass(frozen=True)
@@ -184,14 +198,14 @@ class ArcProfile(ContactLaw):
                 "the hollow of the wheel must be wider than the rail head"
             )
 
-    def linear(self, amplitude: float = 0.0) -> Linear:
+    def linear(self, amplitude: float = 0.0) -> LinearContact:
         """Return conicity, contact angle and its rate at the centre, roll left out."""
         angle, wheel, rail = map(
             _plain, (self.contact_angle, self.wheel_profile_radius, self.rail_profile_radius)
         )
         nearness = 1.0 / (wheel - rail)
         rate = nearness / math.cos(angle) ** 3
-        return Linear((1.0 + rail * nearness) * math.tan(angle), math.tan(angle), rate)
+        return LinearContact((1.0 + rail * nearness) * math.tan(angle), math.tan(angle), rate)
 
 
 def _plain(value: Number) -> float:
@@ -200,8 +214,13 @@ def _plain(value: Number) -> float:
     return float(value)
 
 
-LAWS: tuple[type[ContactLaw], ...] = (Cone, LinearProfile, ArcProfile)
-"""All contact laws."""
+def laws() -> dict[str, type[ContactLaw]]:
+    """Return all contact laws, by what they are called in files."""
+    from railenv.contact.family import ProfileFamily
+    from railenv.contact.pair import ProfilePair
+
+    every = (Cone, LinearProfile, ArcProfile, ProfilePair, ProfileFamily)
+    return {law.kind: law for law in every}
 
 
 def contact_law(value: Any) -> ContactLaw:
@@ -217,12 +236,12 @@ def contact_law(value: Any) -> ContactLaw:
     if isinstance(value, ContactLaw):
         return value
     if not isinstance(value, Mapping) or "law" not in value:
-        kinds = ", ".join(repr(law.kind) for law in LAWS)
+        kinds = ", ".join(map(repr, laws()))
         raise ParameterError(
             f"contact is {shown(value)}; it must be a contact law such as railenv.Cone, or a mapping "
             f"with 'law' ({kinds}) and its fields"
         )
-    by_kind = {law.kind: law for law in LAWS}
+    by_kind = laws()
     checks.known("contact law", [value["law"]], list(by_kind))
     law = by_kind[value["law"]]
     fields = {name: v for name, v in value.items() if name != "law"}

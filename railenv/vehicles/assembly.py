@@ -325,7 +325,7 @@ class Assembly:
             for part in self.parts
             for prefix, numbered in part.groups().values()
             for field in numbered.table_fields()
-            if getattr(numbered, field) is not None
+            if numbered.has_table(field)
         ]
 
     @cached_property
@@ -336,7 +336,7 @@ class Assembly:
             for part in self.parts
             for prefix, numbered in part.groups().values()
             for field in numbered.table_fields()
-            if getattr(numbered, field) is not None
+            if numbered.has_table(field)
         }
 
     def replace(self, **changes: float) -> Self:
