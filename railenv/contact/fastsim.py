@@ -2,7 +2,9 @@
 
 The patch is cut into strips along the rolling direction, each into cells of equal length. From the
 leading edge on, the stress of a strip grows with the rigid slip over a flexibility, and wherever it
-exceeds the traction bound it is cut down to it: the cell slips.
+exceeds the traction bound it is cut down to it: the cell slips. There are three flexibilities, one for
+each creepage, as in CONTACT; one mean flexibility would be wrong by a quarter where lateral creepage and
+spin work against each other.
 
 J. J. Kalker, A fast algorithm for the simplified theory of rolling contact, Vehicle System Dynamics 11
 (1982) 1-13.
@@ -27,10 +29,6 @@ Array = NDArray[np.float64]
 Bound = Literal["parabolic", "elliptic"]
 """Traction bound. The parabolic one is Kalker's standard: it gives the right area of sticking. The
 elliptic one is the Hertzian pressure times the friction coefficient."""
-
-Flexibility = Literal["three", "weighted"]
-"""Flexibilities of the simplified theory: one for each creepage, which gives the slopes of the linear
-theory, or their mean weighted with the creepages."""
 
 
 class CreepForces(NamedTuple):
@@ -72,7 +70,6 @@ def fastsim(
     strips: int = 50,
     cells: int = 100,
     bound: Bound = "parabolic",
-    flexibility: Flexibility = "three",
 ) -> CreepForces:
     """Return creep forces by FASTSIM.
 
@@ -90,8 +87,6 @@ def fastsim(
     strips, cells : int
         Strips of the patch, and cells of each.
     bound : {"parabolic", "elliptic"}
-    flexibility : {"three", "weighted"}
-        Published values (CONTACT) are those of three flexibilities.
 
     Returns
     -------
@@ -103,11 +98,11 @@ def fastsim(
     ParameterError
         If a creepage is not a finite number, the shapes do not go together, or an option is unknown.
     """
-    creepages = _creepages(longitudinal_creepage, lateral_creepage, spin)
-    shape = creepages[0].shape
-    flat = [c.reshape(-1, 1) for c in creepages]
+    found = creepages(longitudinal_creepage, lateral_creepage, spin)
+    shape = found[0].shape
+    flat = [c.reshape(-1, 1) for c in found]
     longitudinal, lateral = np.zeros(flat[0].size), np.zeros(flat[0].size)
-    for column in _columns(flat, patch, strips, cells, bound, flexibility):
+    for column in _columns(flat, patch, strips, cells, bound):
         longitudinal += (column.longitudinal * column.area).sum(axis=1)
         lateral += (column.lateral * column.area).sum(axis=1)
     return CreepForces(longitudinal.reshape(shape), lateral.reshape(shape))
@@ -122,7 +117,6 @@ def stress_field(
     strips: int = 50,
     cells: int = 100,
     bound: Bound = "parabolic",
-    flexibility: Flexibility = "three",
 ) -> StressField:
     """Return the stresses of one case; arguments and errors as of :func:`fastsim`."""
     values = {
@@ -131,7 +125,7 @@ def stress_field(
         "spin": spin,
     }
     flat = [np.array([[checks.number(name, value)]]) for name, value in values.items()]
-    columns = list(_columns(flat, patch, strips, cells, bound, flexibility))
+    columns = list(_columns(flat, patch, strips, cells, bound))
     longitudinal, lateral, slips = (
         np.stack([getattr(c, name)[0] for c in columns], axis=1)
         for name in ("longitudinal", "lateral", "slips")
@@ -154,27 +148,25 @@ class _Column(NamedTuple):
 
 
 def _columns(
-    creepages: list[Array],
+    cases: list[Array],
     patch: ContactPatch,
     strips: int,
     cells: int,
     bound: str,
-    flexibility: str,
 ) -> Iterator[_Column]:
-    """Go through the patch from its leading edge; creepages have the shape (n_cases, 1)."""
+    """Go through the patch from its leading edge; each creepage has the shape (n_cases, 1)."""
     strips, cells = checks.whole("strips", strips), checks.whole("cells", cells)
     checks.choice("bound", bound, get_args(Bound))
-    checks.choice("flexibility", flexibility, get_args(Flexibility))
     a, b = patch.rolling, patch.lateral
     width = 2.0 * b / strips
     y = (np.arange(strips) + 0.5) * width - b
     edge = a * np.sqrt(1.0 - (y / b) ** 2)
     length = 2.0 * edge / cells
-    for_x, for_y, for_spin = _flexibilities(creepages, patch, flexibility)
-    along, across, turning = creepages[0] / for_x, creepages[1] / for_y, creepages[2] / for_spin
+    for_x, for_y, for_spin = _flexibilities(patch)
+    along, across, turning = cases[0] / for_x, cases[1] / for_y, cases[2] / for_spin
     largest = patch.adhesion / (math.pi * a * b) * (2.0 if bound == "parabolic" else 1.5)
     power = 1.0 if bound == "parabolic" else 0.5
-    longitudinal = lateral = np.zeros((len(creepages[0]), strips))
+    longitudinal = lateral = np.zeros((len(cases[0]), strips))
     for i in range(cells):
         x = edge - (i + 0.5) * length
         limit = largest * np.maximum(1.0 - (x / a) ** 2 - (y / b) ** 2, 0.0) ** power
@@ -187,28 +179,25 @@ def _columns(
         yield _Column(x, y, width * length, longitudinal, lateral, limit, slips)
 
 
-def _flexibilities(creepages: list[Array], patch: ContactPatch, flexibility: str) -> list[Array]:
-    """Return the three flexibilities (m/Pa), each in the shape of the creepages."""
+def _flexibilities(patch: ContactPatch) -> tuple[float, float, float]:
+    """Return Kalker's three flexibilities (m/Pa), which give the slopes of the linear theory."""
     a, b, shear = patch.rolling, patch.lateral, patch.material.shear_modulus
     c = patch.kalker
-    three = (
+    return (
         8.0 * a / (3.0 * c.c11 * shear),
         8.0 * a / (3.0 * c.c22 * shear),
         math.pi * a * math.sqrt(a / b) / (4.0 * c.c23 * shear),
     )
-    if flexibility == "three":
-        return [np.full_like(creepages[0], value) for value in three]
-    x, y, turning = creepages[0], creepages[1], creepages[2] * math.sqrt(a * b)
-    total = np.sqrt(x**2 + y**2 + turning**2)
-    still = total == 0.0
-    weighted = (np.abs(x) * three[0] + np.abs(y) * three[1] + np.abs(turning) * three[2]) / np.where(
-        still, 1.0, total
-    )
-    return [np.where(still, three[0], weighted)] * 3
 
 
-def _creepages(longitudinal: ArrayLike, lateral: ArrayLike, spin: ArrayLike) -> list[Array]:
-    """Return the creepages as arrays of one shape."""
+def creepages(longitudinal: ArrayLike, lateral: ArrayLike, spin: ArrayLike) -> list[Array]:
+    """Return creepages as arrays of one shape.
+
+    Raises
+    ------
+    ParameterError
+        If an entry is not a finite number, or the shapes do not go together.
+    """
     named = {"longitudinal_creepage": longitudinal, "lateral_creepage": lateral, "spin": spin}
     found = []
     for name, value in named.items():
