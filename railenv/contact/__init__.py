@@ -1,1 +1,1 @@
-"""Contact of wheel and rail: the patch, Kalker's coefficients, and creep forces to compare laws with."""
+"""Contact of wheel and rail: Hertz, Kalker's coefficients, FASTSIM, and creep laws beside it."""

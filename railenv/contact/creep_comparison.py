@@ -1,4 +1,4 @@
-"""The laws of creep beside FASTSIM, on one patch: curves of force over creepage, and how far off they are."""
+"""The laws of creep beside FASTSIM on one patch: forces over creepage, and how far off they are."""
 
 from __future__ import annotations
 

@@ -5,15 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from railenv.contact.creep_comparison import CreepComparison
+    from railenv.contact.creep_comparison import CreepComparison, Direction
 
-_LINES = {
+_LINES: dict[str, dict[str, Any]] = {
     "kalker": {"color": "#9aa5ab", "lw": 1.2, "ls": "--"},
     "heuristic": {"color": "#c8432b", "lw": 1.6, "ls": "-"},
     "polach": {"color": "#d98b1f", "lw": 1.6, "ls": "-"},
@@ -50,34 +49,35 @@ def plot_comparison(comparison: CreepComparison) -> Figure:
     from matplotlib.figure import Figure
 
     first = int(np.argmin(np.abs(comparison.spin)))
-    panels = [("longitudinal", comparison.longitudinal, first)]
-    panels += [("lateral", comparison.lateral, i) for i in range(len(comparison.spin))]
+    panels: list[tuple[Direction, int]] = [("longitudinal", first)]
+    panels += [("lateral", i) for i in range(len(comparison.spin))]
     rows = -(-len(panels) // _COLUMNS)
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=(7.6, 0.5 + 2.7 * rows), layout="constrained")
         axes = figure.subplots(rows, _COLUMNS, squeeze=False, sharex=True, sharey=True).ravel()
-        for ax, (direction, forces, i) in zip(axes, panels, strict=False):
-            _panel(ax, comparison, forces, i)
-            ax.set_title(f"{direction}, {_spin(comparison.spin[i])}")
-            ax.set_xlabel(f"{direction} creepage (‰)")
-        for ax in axes[:: _COLUMNS]:
-            ax.set_ylabel("creep force −F / μN")
+        for ax, (direction, i) in zip(axes, panels, strict=False):
+            plot_forces(comparison, direction, i, ax)
+            ax.tick_params(labelbottom=True)
+            if ax not in axes[::_COLUMNS]:
+                ax.set_ylabel("")
         for ax in axes[len(panels) :]:
             ax.set_visible(False)
-        figure.legend(handles=axes[0].get_lines()[: len(_NAMES)], loc="outside lower center", ncols=4)
+        figure.legend(handles=axes[0].get_lines(), loc="outside lower center", ncols=len(_NAMES))
     return figure
 
 
-def _panel(
-    ax: Axes, comparison: CreepComparison, forces: Any, i: int
-) -> None:
+def plot_forces(comparison: CreepComparison, direction: Direction, i: int, ax: Axes) -> None:
+    """Draw the forces of all laws in one direction at the spin of number ``i``."""
+    forces = comparison.longitudinal if direction == "longitudinal" else comparison.lateral
     for law, name in _NAMES.items():
-        force: NDArray[np.float64] = -forces[law][i] / comparison.patch.adhesion
+        force = -forces[law][i] / comparison.patch.adhesion
         ax.plot(1e3 * comparison.creepage, force, label=name, **_LINES[law])
-    ax.set_ylim(-_HIGHEST, _HIGHEST)
     ax.set_xlim(1e3 * comparison.creepage[0], 1e3 * comparison.creepage[-1])
-    ax.tick_params(labelbottom=True)
+    ax.set_ylim(-_HIGHEST, _HIGHEST)
+    ax.set_xlabel(f"{direction} creepage (‰)")
+    ax.set_ylabel("creep force −F / μN")
+    ax.set_title(f"{direction}, {_spin(comparison.spin[i])}")
 
 
 def _spin(value: float) -> str:
-    return f"spin {value:g} 1/m" if value else "no spin"
+    return f"spin {value:.3g} 1/m" if value else "no spin"

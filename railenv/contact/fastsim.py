@@ -3,8 +3,9 @@
 The patch is cut into strips along the rolling direction, each into cells of equal length. From the
 leading edge on, the stress of a strip grows with the rigid slip over a flexibility, and wherever it
 exceeds the traction bound it is cut down to it: the cell slips. There are three flexibilities, one for
-each creepage, as in CONTACT; one mean flexibility would be wrong by a quarter where lateral creepage and
-spin work against each other.
+each creepage, as in the published results of CONTACT; one mean flexibility would be wrong by a quarter
+where lateral creepage and spin oppose each other. Their price: where longitudinal and lateral creepage
+slide together, the force lies off their direction, F_x / F_y by the factor C11 / C22.
 
 J. J. Kalker, A fast algorithm for the simplified theory of rolling contact, Vehicle System Dynamics 11
 (1982) 1-13.
@@ -159,7 +160,7 @@ def _columns(
     checks.choice("bound", bound, get_args(Bound))
     a, b = patch.rolling, patch.lateral
     width = 2.0 * b / strips
-    y = (np.arange(strips) + 0.5) * width - b
+    y = width * (np.arange(strips, dtype=np.float64) + 0.5) - b
     edge = a * np.sqrt(1.0 - (y / b) ** 2)
     length = 2.0 * edge / cells
     for_x, for_y, for_spin = _flexibilities(patch)
@@ -204,7 +205,9 @@ def creepages(longitudinal: ArrayLike, lateral: ArrayLike, spin: ArrayLike) -> l
         try:
             numbers = np.asarray(value, dtype=float)
         except (OverflowError, TypeError, ValueError):
-            raise ParameterError(f"{name} is {shown(value)}, which is not an array of numbers") from None
+            raise ParameterError(
+                f"{name} is {shown(value)}, which is not an array of numbers"
+            ) from None
         if not np.isfinite(numbers).all():
             raise ParameterError(f"{name} is {shown(value)}; every entry must be finite")
         found.append(numbers)

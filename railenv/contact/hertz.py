@@ -118,9 +118,10 @@ def contact_ellipse(
     wanted = math.log(rolling_curvature / lateral_curvature)
     end = math.log(LARGEST_RATIO)
     if not excess(end) < 0.0 < excess(-end):
+        lowest, highest = (math.exp(excess(place) + wanted) for place in (end, -end))
         raise ParameterError(
-            f"rolling_curvature over lateral_curvature is {rolling_curvature / lateral_curvature:g}; it "
-            f"must be from {math.exp(excess(end) + wanted):.3g} to {math.exp(excess(-end) + wanted):.3g}"
+            f"rolling_curvature over lateral_curvature is {rolling_curvature / lateral_curvature:g}; "
+            f"it must be from {lowest:.3g} to {highest:.3g}"
         )
     ratio = math.exp(brentq(excess, -end, end, xtol=1e-14))
     modulus = material.contact_modulus
@@ -164,7 +165,7 @@ def wheel_ellipse(
     rolling_radius = checks.number("rolling_radius", rolling_radius, low=0.0, open_low=True, unit="m")
     crown_radius = checks.number("crown_radius", crown_radius, low=0.0, open_low=True, unit="m")
     hollow = 0.0
-    if not (isinstance(profile_radius, float) and math.isinf(profile_radius)):
+    if profile_radius not in (math.inf, -math.inf):
         profile_radius = checks.number("profile_radius", profile_radius, unit="m")
         if -crown_radius <= profile_radius <= 0.0:
             raise ParameterError(

@@ -77,7 +77,9 @@ def kalker_coefficients(ratio: float, poissons_ratio: float) -> KalkerCoefficien
     -----
     C11, C22, C23: Kalker 1990, table E.3. C33 and the asymptotic formulas: Kalker 1967.
     """
-    ratio = checks.number("ratio of the semi-axes a/b", ratio, low=1.0 / LARGEST_RATIO, high=LARGEST_RATIO)
+    ratio = checks.number(
+        "ratio of the semi-axes a/b", ratio, low=1.0 / LARGEST_RATIO, high=LARGEST_RATIO
+    )
     nu = checks.number("poissons_ratio", poissons_ratio, low=0.0, high=0.5)
     across = ratio <= 1.0
     slenderness = ratio if across else 1.0 / ratio

@@ -67,7 +67,7 @@ class ContactPatch:
         profile_radius: float = math.inf,
         material: Material = STEEL,
     ) -> ContactPatch:
-        """Return the Hertzian contact of a wheel on a rail (:func:`railenv.contact.hertz.wheel_ellipse`)."""
+        """Return the patch of :func:`railenv.contact.hertz.wheel_ellipse`, with its arguments."""
         ellipse = wheel_ellipse(load, rolling_radius, crown_radius, profile_radius, material)
         return cls(ellipse.rolling, ellipse.lateral, load, friction, material)
 
