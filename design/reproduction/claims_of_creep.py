@@ -23,7 +23,7 @@ from railenv.contact.creep_comparison import CreepComparison
 
 
 def agrees_with_simplified_theory(evidence: Evidence) -> Claim:
-    """Claim that the heuristic law is close to FASTSIM; taken at the spin of the paper's conical tread."""
+    """Claim that the heuristic law is close to FASTSIM: without spin and with that of a tread."""
     findings = {}
     for case in cases_of("bogie"):
         found = _compared(evidence, case)
@@ -39,13 +39,12 @@ def agrees_with_simplified_theory(evidence: Evidence) -> Claim:
         "creep-simplified-theory",
         "section 1",
         "heuristic creep law near the simplified theory",
-        "The results of the heuristic creep model are in good agreement with Kalker's simplified theory.",
+        "The results of the heuristic creep model agree well with Kalker's simplified theory.",
         "good agreement",
         findings,
-        "Largest difference of the creep force from FASTSIM up to full sliding, on the Hertzian patch of "
-        f"a wheel on a rail with a crown of {CROWN_RADIUS:g} m; up to {CREEP_TOLERANCE:.0%} is good. "
-        "Without spin the law is the simplified theory: both start with Kalker's slope and saturate "
-        "with the same cubic.",
+        "Largest difference of the creep force from FASTSIM up to full sliding, on the Hertzian patch "
+        f"of a wheel on a rail with a crown of {CROWN_RADIUS:g} m; up to {CREEP_TOLERANCE:.0%} is "
+        "good. Without spin the two curves nearly coincide; most of the difference is from the spin.",
     )
 
 
@@ -69,9 +68,9 @@ def fails_at_high_spin(evidence: Evidence) -> Claim:
         findings,
         f"Lateral force at the spin of a flange contact of {FLANGE_ANGLE:g} degrees. The law takes the "
         "spin as a lateral force that grows without end and drives the contact into full sliding. In "
-        "FASTSIM a large spin turns the patch about its middle, and the stresses of its halves cancel. "
-        f"Table 1's f12 is {_listed(shares)} of what Kalker's theory gives for this patch, so that the "
-        "vehicles' own equations feel little of it.",
+        "FASTSIM a large spin turns the patch about its middle, and the stresses of its leading "
+        f"half and of its trailing half cancel. The vehicle's f12 is {_listed(shares)} of what "
+        "Kalker's theory gives for this patch, so that its own equations feel little of the spin.",
     )
 
 

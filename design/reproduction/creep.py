@@ -24,7 +24,7 @@ _WHEELS = 4  # of a bogie and of a dual wheelset
 
 
 def creep_laws(case: Case) -> Piece:
-    """Return creep forces by all laws, without spin, with that of the tread and with that of a flange."""
+    """Return creep forces by all laws: without spin, with that of the tread, and of a flange."""
     model, vehicle = case.model, case.vehicle
     bodies = model.equations.assembly.with_numbers(model.parameters).bodies
     carried = sum(b.vertical_load_mass for b in bodies if b.name in model.body_names)

@@ -39,15 +39,17 @@ class Creep(Section):
         vehicle = COACH.vehicle
         paragraphs = [
             f"{vehicle.name}: a wheel under {patch.load / 1e3:.1f} kN on a rail with a crown of "
-            f"{CROWN_RADIUS:g} m touches it in an ellipse with semi-axes of {1e3 * patch.rolling:.1f} mm "
-            f"in the rolling direction and {1e3 * patch.lateral:.1f} mm across it (Hertz). Kalker's "
+            f"{CROWN_RADIUS:g} m touches it in an ellipse with semi-axes of "
+            f"{1e3 * patch.rolling:.1f} mm in the rolling direction and "
+            f"{1e3 * patch.lateral:.1f} mm across it (Hertz). Kalker's "
             f"coefficients of this patch are f33 = {f.longitudinal_creep / 1e6:.2f} MN, f11 = "
             f"{f.lateral_creep / 1e6:.2f} MN, f12 = {f.lateral_spin_creep / 1e3:.1f} kN m, f22 = "
             f"{f.spin_creep:.1f} N m²; Table 1 has {vehicle.longitudinal_creep / 1e6:.2f} MN, "
             f"{vehicle.lateral_creep / 1e6:.2f} MN, {vehicle.lateral_spin_creep / 1e3:.1f} kN m and "
             f"{vehicle.spin_creep:.1f} N m².",
-            "The heuristic law of eqs 2 and 3 and Polach's law saturate Kalker's linear forces; FASTSIM is "
-            "Kalker's simplified theory. The spin of the tread is that of its conicity; the flange has "
+            "The heuristic law of eqs 2 and 3 and Polach's law saturate Kalker's linear forces; "
+            "FASTSIM is Kalker's simplified theory. The spin of the tread is that of its conicity; "
+            "the flange has "
             f"a contact angle of {FLANGE_ANGLE:g} degrees.",
         ]
         rows = [

