@@ -53,7 +53,8 @@ def plot_comparison(comparison: CreepComparison) -> Figure:
     panels += [("lateral", i) for i in range(len(comparison.spin))]
     rows = -(-len(panels) // _COLUMNS)
     with mpl.rc_context(_STYLE):
-        figure = Figure(figsize=(7.6, 0.5 + 2.7 * rows), layout="constrained")
+        figure = Figure(figsize=(7.6, 0.5 + 2.7 * rows))
+        figure.set_layout_engine("constrained", h_pad=0.08, w_pad=0.08)
         axes = figure.subplots(rows, _COLUMNS, squeeze=False, sharex=True, sharey=True).ravel()
         for ax, (direction, i) in zip(axes, panels, strict=False):
             plot_forces(comparison, direction, i, ax)
