@@ -33,7 +33,7 @@ def creep_forces(
     """Return the creep forces on the wheel by a law.
 
     All laws but FASTSIM take Kalker's linear forces of the patch times the share that
-    :mod:`railenv.equations.creep` gives.
+    ``railenv.equations.creep`` gives.
 
     Parameters
     ----------
