@@ -109,6 +109,7 @@ WINGS: dict[str, tuple[tuple[Room, ...], ...]] = {
         (("simulation", "one run"), ("batch", "many in lanes"), ("equilibrium", "and branches")),
         (("equipment", "actuators, sensors"), ("models", "Bogie and others"), ("model", "any")),
         (("vehicles", "parts, records, TOML"), ("kernels", "trace, compile, run")),
+        (("contact", "Hertz, Kalker's coefficients, FASTSIM"),),
         (("equations", "contact, elements, bodies, motion, equipped"),),
     ),
 }

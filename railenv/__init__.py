@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from railenv.contact.conicity import equivalent_conicity
     from railenv.contact.family import ProfileFamily
-    from railenv.contact.laws import ArcProfile, Cone, LinearProfile
+    from railenv.contact.laws import ArcProfile, Cone, HollowTread, LinearProfile
     from railenv.contact.pair import ProfilePair
     from railenv.contact.profiles import Profile
     from railenv.contact.wear import worn
@@ -49,7 +49,7 @@ __version__ = "0.1.0"
 
 _MODULES = {
     "contact.conicity": ("equivalent_conicity",),
-    "contact.laws": ("ArcProfile", "Cone", "LinearProfile"),
+    "contact.laws": ("ArcProfile", "Cone", "HollowTread", "LinearProfile"),
     "contact.pair": ("ProfilePair",),
     "contact.family": ("ProfileFamily",),
     "contact.profiles": ("Profile",),
@@ -104,6 +104,7 @@ __all__ = [
     "Equilibrium",
     "EquilibriumError",
     "Equipped",
+    "HollowTread",
     "LateralActuator",
     "LinearProfile",
     "MissingPackageError",

@@ -110,7 +110,18 @@ def test_wheel_has_the_packages_and_nothing_else(sdist, wheel):
     assert {f"railenv/vehicles/{name}.toml" for name in ("bogie", "dual_wheelset")} < data
     assert {f"railenv/kernels/texts/{name}.pyk" for name in ("environment", "integrators")} < data
     kinds = {Path(name).suffix for name in own}
-    assert kinds == {".py", ".pyk", ".toml", ".typed", ".npz", ".yml", ".html", ".css"}
+    assert kinds == {
+        ".py",
+        ".pyk",
+        ".toml",
+        ".typed",
+        ".npz",
+        ".yml",
+        ".html",
+        ".css",
+        ".csv",
+        ".md",
+    }
 
 
 def test_wheel_says_what_it_is(wheel):

@@ -13,6 +13,7 @@ from benchmarks.reliability.run import AREAS
 from design.reproduction import FULL, paper, reproduce
 from design.reproduction.cases import VEHICLES
 from design.reproduction.claims import cases_of
+from design.reproduction.claims_of_creep import CREEP_RULES
 from design.reproduction.claims_of_diagrams import FURTHER_RULES
 from design.reproduction.claims_of_motions import FIRST_RULES
 from design.reproduction.sections.claims import Claims
@@ -154,9 +155,15 @@ def test_numbers_of_the_validation_are_those_computed():
     assert make_validation.page(text("validation.md")) == text("validation.md")
 
 
+def test_numbers_on_creep_are_those_computed():
+    make_creep = script("make_creep")
+    assert make_creep.page(text("how-to/creep.md")) == text("how-to/creep.md")
+
+
 def test_claims_of_the_page_are_those_that_the_report_judges():
     columns = json.loads((DOCS / "claims.json").read_text())
-    assert len(set(columns["claim"])) == len(FIRST_RULES) + len(FURTHER_RULES)
+    rules = (*FIRST_RULES, *CREEP_RULES, *FURTHER_RULES)
+    assert len(set(columns["claim"])) == len(rules)
     assert len(columns["claim"]) == len(set(columns["claim"])) * len(VEHICLES)
     onset = {
         vehicle: ours

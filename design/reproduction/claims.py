@@ -37,6 +37,10 @@ MOST = 0.9
 NEAR = 0.2
 """Relative distance of two frequencies that count as close."""
 
+CREEP_TOLERANCE = 0.1
+"""Difference of two creep laws, over the adhesion limit, that counts as good agreement; FASTSIM itself
+differs from the exact theory by half of it."""
+
 
 @dataclass(frozen=True)
 class Finding:

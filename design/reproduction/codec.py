@@ -23,6 +23,9 @@ from design.cycles.periodic import Setting
 from design.cycles.spectrum import Spectrum
 from design.stability.loss import CriticalSpeed
 from design.stability.sweep import CurveSweep
+from railenv.contact.creep_comparison import CreepComparison
+from railenv.contact.hertz import Material
+from railenv.contact.patch import ContactPatch
 from railenv.errors import ParameterError
 from railenv.models import Bogie, DualWheelset
 from railenv.vehicles import Vehicle
@@ -30,11 +33,14 @@ from railenv.vehicles import Vehicle
 _RECORDS: dict[str, type[Any]] = {
     kind.__name__: kind
     for kind in (
+        ContactPatch,
+        CreepComparison,
         CriticalSpeed,
         CurveSweep,
         Cycle,
         CycleBranch,
         HuntingMap,
+        Material,
         Setting,
         SimulatedDiagram,
         SpecialPoint,

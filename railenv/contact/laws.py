@@ -7,7 +7,6 @@ the lateral shift of a wheel over its rail towards its own flange.
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -19,6 +18,11 @@ from railenv.errors import ParameterError, shown
 from railenv.fields import Number, Numbered, number, positive
 
 _STEEPEST_TREAD = 0.7
+
+
+def _contact_angle(*, open_low: bool = False) -> Any:
+    meaning = "tangent of the contact angle at the centre"
+    return number("1", meaning, needed=True, low=0.0, open_low=open_low, high=_STEEPEST_TREAD)
 
 
 class LinearContact(NamedTuple):
@@ -139,7 +143,7 @@ class LinearProfile(ContactLaw):
     contact_angle : float
         Tangent of the contact angle at the centre.
     contact_angle_rate : float
-        Its change with the lateral shift, rad/m.
+        Its change with the lateral shift, 1/m.
     """
 
     kind = "linear"
@@ -149,11 +153,9 @@ class LinearProfile(ContactLaw):
     conicity: Number = number(
         "1", "slope of the rolling radius", needed=True, low=0.0, open_low=True, high=_STEEPEST_TREAD
     )
-    contact_angle: Number = number(
-        "rad", "contact angle at the centre", needed=True, low=0.0, high=_STEEPEST_TREAD
-    )
+    contact_angle: Number = _contact_angle()
     contact_angle_rate: Number = number(
-        "rad/m", "its change with the lateral shift", needed=True, low=0.0
+        "1/m", "its change with the lateral shift", needed=True, low=0.0
     )
 
     def linear(self, amplitude: float = 0.0) -> LinearContact:
@@ -168,7 +170,7 @@ class ArcProfile(ContactLaw):
     Parameters
     ----------
     contact_angle : float
-        Contact angle at the centre, rad.
+        Tangent of the contact angle at the centre.
     wheel_profile_radius : float
         Radius of the hollow tread across the track, m; larger than that of the rail. A very large one
         is a straight tread.
@@ -182,9 +184,7 @@ class ArcProfile(ContactLaw):
         {"contact_angle": 0.05, "wheel_profile_radius": 0.5, "rail_profile_radius": 0.3}
     )
 
-    contact_angle: Number = number(
-        "rad", "contact angle at the centre", needed=True, low=0.0, open_low=True, high=_STEEPEST_TREAD
-    )
+    contact_angle: Number = _contact_angle(open_low=True)
     wheel_profile_radius: Number = positive("m", "radius of the hollow tread across the track")
     rail_profile_radius: Number = number("m", "radius of the rail head", needed=True, low=0.0)
 
@@ -200,12 +200,56 @@ class ArcProfile(ContactLaw):
 
     def linear(self, amplitude: float = 0.0) -> LinearContact:
         """Return conicity, contact angle and its rate at the centre, roll left out."""
-        angle, wheel, rail = map(
-            _plain, (self.contact_angle, self.wheel_profile_radius, self.rail_profile_radius)
-        )
-        nearness = 1.0 / (wheel - rail)
-        rate = nearness / math.cos(angle) ** 3
-        return LinearContact((1.0 + rail * nearness) * math.tan(angle), math.tan(angle), rate)
+        wheel, rail = _plain(self.wheel_profile_radius), _plain(self.rail_profile_radius)
+        return _of_arcs(_plain(self.contact_angle), 1.0 / (wheel - rail), rail)
+
+
+@dataclass(frozen=True)
+class HollowTread(ContactLaw):
+    """The arcs of :class:`ArcProfile` told by the conicity: a tread from new to worn hollow.
+
+    The more hollow the tread, the closer its radius comes to that of the rail. So the contact angle
+    moves the faster with the shift the higher the conicity is, as on wheels in service.
+
+    Parameters
+    ----------
+    conicity : float
+        Slope of the rolling radius at the centre; not less than ``contact_angle``, the straight tread.
+    contact_angle : float
+        Tangent of the contact angle at the centre.
+    rail_profile_radius : float
+        Radius of the rail head, m.
+    """
+
+    kind = "hollow"
+    law = shapes.HOLLOW
+    example = MappingProxyType({"conicity": 0.1, "contact_angle": 0.03, "rail_profile_radius": 0.3})
+
+    conicity: Number = number(
+        "1", "slope of the rolling radius", needed=True, low=0.0, open_low=True, high=_STEEPEST_TREAD
+    )
+    contact_angle: Number = _contact_angle(open_low=True)
+    rail_profile_radius: Number = positive("m", "radius of the rail head")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        given, angle = self.conicity, self.contact_angle
+        plain = isinstance(given, (int, float)) and isinstance(angle, (int, float))
+        if plain and given < angle:  # type: ignore[operator]
+            raise ParameterError(
+                f"conicity of HollowTread is {given:g} and its contact_angle {angle:g}; a tread that is "
+                "hollow or straight has at least that conicity"
+            )
+
+    def linear(self, amplitude: float = 0.0) -> LinearContact:
+        """Return conicity, contact angle and its rate at the centre, roll left out."""
+        angle, rail = _plain(self.contact_angle), _plain(self.rail_profile_radius)
+        return _of_arcs(angle, (_plain(self.conicity) / angle - 1.0) / rail, rail)
+
+
+def _of_arcs(tangent: float, nearness: float, rail: float) -> LinearContact:
+    rate = nearness * (1.0 + tangent * tangent) ** 1.5
+    return LinearContact((1.0 + rail * nearness) * tangent, tangent, rate)
 
 
 def _plain(value: Number) -> float:
@@ -219,7 +263,7 @@ def laws() -> dict[str, type[ContactLaw]]:
     from railenv.contact.family import ProfileFamily
     from railenv.contact.pair import ProfilePair
 
-    every = (Cone, LinearProfile, ArcProfile, ProfilePair, ProfileFamily)
+    every = (Cone, LinearProfile, HollowTread, ArcProfile, ProfilePair, ProfileFamily)
     return {law.kind: law for law in every}
 
 

@@ -15,15 +15,13 @@ from railenv.equations import creep
 from railenv.equations.coordinates import Motion, Rail, Running, Wrench
 from railenv.equations.functions import (
     Scalar,
-    cos,
     exp,
     log,
     positive_part,
-    sin,
     sqrt,
     where_positive,
 )
-from railenv.equations.shapes import Touch
+from railenv.equations.shapes import Touch, direction
 
 CREEP_FORCE_FLOOR = 1e-3
 """N, joins the magnitude of a creep force smoothly at zero creep (its derivative stays finite)."""
@@ -84,17 +82,18 @@ def reference(law: Scalar, p: Scalar) -> tuple[Scalar, Scalar]:
 
     That is the contact at eta = 0, or the centre of the rail's head where that is an arc.
     """
-    if law.law.rail_radius is None:
+    if not law.law.round_rail:
         return p.half_gauge, p.wheel_radius
-    head = law.law.rail_radius(law)
-    return p.half_gauge + head * sin(law.contact_angle), p.wheel_radius + head * cos(law.contact_angle)
+    sine, cosine = direction(law)
+    head = law.rail_profile_radius
+    return p.half_gauge + head * sine, p.wheel_radius + head * cosine
 
 
 def place(touch: Touch, incline: Scalar, stretch: Scalar, law: Scalar) -> Scalar:
     """Return the place of the contact on the rail, outwards from that at eta = 0 (m)."""
-    if law.law.rail_radius is None:
+    if not law.law.round_rail:
         return touch.place
-    return law.law.rail_radius(law) * (incline / stretch - sin(law.contact_angle))
+    return law.rail_profile_radius * (incline / stretch - direction(law)[0])
 
 
 class Normal(NamedTuple):

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from railenv.equations.functions import Scalar, cos, sin, sqrt, table, where_positive
+from railenv.equations.functions import Scalar, sqrt, table, where_positive
 
 STEEPEST = 0.99
 """Sine of the contact angle up to which arcs are followed; beyond it they go on straight."""
@@ -42,8 +42,8 @@ class Law(NamedTuple):
     has_flange: bool = False
     """Whether H has the flange in it, which the rail's lateral stiffness then holds."""
 
-    rail_radius: Callable[[Scalar], Scalar] | None = None
-    """Radius of the rail's head (m), of laws that follow a contact moving round it."""
+    round_rail: bool = False
+    """Whether the rail's head is an arc, round which the contact moves."""
 
 
 def cone(c: Scalar, eta: Scalar) -> Touch:
@@ -59,20 +59,42 @@ def linear(c: Scalar, eta: Scalar) -> Touch:
 
 
 def arcs(c: Scalar, eta: Scalar) -> Touch:
-    """Return the touch of a hollow arc on a round rail, exact in the plane.
+    """Return the touch of a hollow arc on a round rail, exact in the plane."""
+    return _rolling_round(c, 1.0 / (c.wheel_profile_radius - c.rail_profile_radius), eta)
 
-    The centres of both arcs keep their distance, the difference of the radii, so the sine of the
-    contact angle goes with eta. ``eta`` is the shift at the level of the rail's centre.
+
+def hollow(c: Scalar, eta: Scalar) -> Touch:
+    """Return the touch of a hollow arc on a round rail, the arc told by the conicity."""
+    nearness = (c.conicity / c.contact_angle - 1.0) / c.rail_profile_radius
+    return _rolling_round(c, nearness, eta)
+
+
+def _rolling_round(c: Scalar, nearness: Scalar, eta: Scalar) -> Touch:
+    """Return the touch of two arcs; ``nearness`` is 1 over the difference of their radii.
+
+    Their centres keep that distance, so the sine of the contact angle goes with eta, which is the shift
+    at the level of the rail's centre.
     """
-    sine0, nearness = sin(c.contact_angle), 1.0 / (c.wheel_profile_radius - c.rail_profile_radius)
+    sine0, cosine0 = direction(c)
     lean = sine0 + nearness * eta
     sine = _held(lean)
-    cosine, cosine0 = sqrt(1.0 - sine * sine), cos(c.contact_angle)
-    beyond = (lean - sine) / nearness
+    cosine = sqrt(1.0 - sine * sine)
     slope = sine / cosine
-    # (cos 0 - cos) (R_w - R_r), written so that it holds for straight wheels too
-    height = (eta - beyond) * (sine + sine0) / (cosine + cosine0) + slope * beyond
+    # where the arcs are followed this is (cos 0 - cos) / nearness, written to hold for straight wheels
+    rise = (sine + sine0) / (cosine + cosine0)
+    beyond = where_positive(abs(lean) - STEEPEST, (lean - sine) / _guarded(nearness), 0.0)
+    height = eta * rise + beyond * (slope - rise)
     return Touch(height, slope, 0, (1.0 + c.rail_profile_radius * nearness) * height)
+
+
+def _guarded(nearness: Scalar) -> Scalar:
+    return where_positive(abs(nearness) - 1e-12, nearness, 1.0)
+
+
+def direction(c: Scalar) -> tuple[Scalar, Scalar]:
+    """Return sine and cosine of the contact angle at the centre, which laws tell by its tangent."""
+    cosine = 1.0 / sqrt(1.0 + c.contact_angle * c.contact_angle)
+    return c.contact_angle * cosine, cosine
 
 
 def _held(sine: Scalar) -> Scalar:
@@ -97,6 +119,7 @@ def _looked_up(t: Scalar, eta: Scalar) -> Touch:
 
 CONE = Law(cone)
 LINEAR = Law(linear)
-ARCS = Law(arcs, rail_radius=lambda c: c.rail_profile_radius)
+ARCS = Law(arcs, round_rail=True)
+HOLLOW = Law(hollow, round_rail=True)
 PROFILES = Law(profiles, has_flange=True)
 BETWEEN = Law(between, has_flange=True)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from design.reproduction.section import Section
 from design.reproduction.sections.adhesion import Adhesion
 from design.reproduction.sections.claims import Claims
+from design.reproduction.sections.creep import Creep
 from design.reproduction.sections.critical_speeds import CriticalSpeeds
 from design.reproduction.sections.diagrams import Diagrams
 from design.reproduction.sections.limit_cycles import LimitCycles
@@ -28,6 +29,7 @@ def whole_report(settings: Settings, further: Sequence[Section] = ()) -> tuple[S
         Claims(settings, whole=True),
         CriticalSpeeds(),
         Adhesion(settings, whole=True),
+        Creep(),
         Motions(),
         Diagrams(settings),
         Spectra(),

@@ -8,6 +8,7 @@ from markupsafe import Markup
 
 from design.reproduction.cases import VEHICLES
 from design.reproduction.claims import Claim, Evidence, counts
+from design.reproduction.claims_of_creep import CREEP_RULES, creep_pieces
 from design.reproduction.claims_of_diagrams import FURTHER_RULES, further_pieces
 from design.reproduction.claims_of_motions import FIRST_RULES, first_pieces
 from design.reproduction.document import fragment
@@ -36,12 +37,13 @@ class Claims(Section):
 
     def pieces(self) -> tuple[Piece, ...]:
         """Return what the claims are judged by."""
-        return (*first_pieces(), *(further_pieces(self._settings) if self._whole else ()))
+        further = further_pieces(self._settings) if self._whole else ()
+        return (*first_pieces(), *creep_pieces(), *further)
 
     def claims(self, data: Data) -> list[Claim]:
         """Judge every claim."""
         evidence = Evidence(data, self._settings)
-        rules = (*FIRST_RULES, *(FURTHER_RULES if self._whole else ()))
+        rules = (*FIRST_RULES, *CREEP_RULES, *(FURTHER_RULES if self._whole else ()))
         return [rule(evidence) for rule in rules]
 
     def text(self, data: Data) -> Markup:
