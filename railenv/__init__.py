@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from railenv.vehicles import (
         COOPERRIDER,
         HIGH_SPEED_COACH,
-        PRESETS,
+        HIGH_SPEED_COACH_HOLLOW,
         TABLE_1,
         TABLE_1_PRINTED_LOADS,
         CooperriderParameters,
@@ -44,6 +44,11 @@ if TYPE_CHECKING:
     from railenv.vehicles.actuators import Actuator, LateralActuator, Sensors, YawActuator
     from railenv.vehicles.assembly import Assembly
     from railenv.vehicles.declared import MovingBody
+    from railenv.vehicles.presets import (
+        HIGH_SPEED_COACH_S1002,
+        HIGH_SPEED_COACH_S1002_WORN,
+        PRESETS,
+    )
 
 __version__ = "0.1.0"
 
@@ -72,7 +77,7 @@ _MODULES = {
     "vehicles": (
         "COOPERRIDER",
         "HIGH_SPEED_COACH",
-        "PRESETS",
+        "HIGH_SPEED_COACH_HOLLOW",
         "TABLE_1",
         "TABLE_1_PRINTED_LOADS",
         "CooperriderParameters",
@@ -81,12 +86,16 @@ _MODULES = {
     "vehicles.actuators": ("Actuator", "LateralActuator", "Sensors", "YawActuator"),
     "vehicles.assembly": ("Assembly",),
     "vehicles.declared": ("MovingBody",),
+    "vehicles.presets": ("HIGH_SPEED_COACH_S1002", "HIGH_SPEED_COACH_S1002_WORN", "PRESETS"),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 
 __all__ = [
     "COOPERRIDER",
     "HIGH_SPEED_COACH",
+    "HIGH_SPEED_COACH_HOLLOW",
+    "HIGH_SPEED_COACH_S1002",
+    "HIGH_SPEED_COACH_S1002_WORN",
     "PRESETS",
     "TABLE_1",
     "TABLE_1_PRINTED_LOADS",

@@ -13,7 +13,7 @@ from railenv.vehicles import Vehicle
 
 ModelName = Literal["bogie", "dual_wheelset"]
 
-VEHICLES = railenv.PRESETS
+VEHICLES = (railenv.TABLE_1, railenv.TABLE_1_PRINTED_LOADS, railenv.HIGH_SPEED_COACH)
 MODELS: tuple[ModelName, ...] = ("bogie", "dual_wheelset")
 MODEL_TITLES = {"bogie": "bogie", "dual_wheelset": "dual wheelset"}
 PRINTED = {"bogie": paper.BOGIE, "dual_wheelset": paper.DUAL_WHEELSET}

@@ -50,7 +50,9 @@ class ProfileFamily(ContactLaw):
             given: Any = getattr(self, name)
             law = contact_law(given)
             if not isinstance(law, ProfilePair):
-                raise ParameterError(f"{name} of ProfileFamily is {shown(law)}; it must be a ProfilePair")
+                raise ParameterError(
+                    f"{name} of ProfileFamily is {shown(law)}; it must be a ProfilePair"
+                )
             object.__setattr__(self, name, law)
 
     @classmethod

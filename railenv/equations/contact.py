@@ -39,7 +39,9 @@ class Point(NamedTuple):
 
     side: int  # +1 left, -1 right
     law: Scalar  # numbers of the contact law
-    anchor: Scalar  # lateral place and depth below the axle of the point of the rail that eta follows, m
+    anchor: (
+        Scalar  # lateral place and depth below the axle of the point of the rail that eta follows, m
+    )
     level: Scalar
     touch: Touch
     compression: Scalar  # of the rail, m; negative where the wheel has lifted
@@ -188,9 +190,7 @@ def kalker(xi: Creepage, normal: Normal, p: Scalar) -> tuple[Scalar, Scalar, Sca
     force, coupling = size * size, size * size * size
     creep_x = -p.longitudinal_creep * force * xi.x
     creep_y = -p.lateral_creep * force * xi.y - p.lateral_spin_creep * coupling * xi.spin
-    creep_moment = (
-        p.lateral_spin_creep * coupling * xi.y - p.spin_creep * force * force * xi.spin
-    )
+    creep_moment = p.lateral_spin_creep * coupling * xi.y - p.spin_creep * force * force * xi.spin
     load = normal.vertical
     return (
         where_positive(load, creep_x, 0.0),

@@ -116,7 +116,9 @@ def positive_part(x: Scalar) -> Scalar:
     return where_positive(x, x, 0.0)
 
 
-def table(characteristic: Scalar, x: Scalar, order: int = 0, column: int = 0, columns: int = 1) -> Scalar:
+def table(
+    characteristic: Scalar, x: Scalar, order: int = 0, column: int = 0, columns: int = 1
+) -> Scalar:
     """Value at ``x`` of a characteristic given as a table, or its derivative of an ``order`` up to 2.
 
     ``characteristic`` is a :class:`railenv.tables.Table` for numbers; on symbols it is the name under

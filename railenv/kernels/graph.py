@@ -11,7 +11,7 @@ expanded expressions takes minutes.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
@@ -145,7 +145,7 @@ def _flattened(
 ) -> tuple[tuple[Assignment, ...], tuple[sympy.Expr, ...]]:
     """Return assignments that compute some expressions, and the symbol or number of each of these."""
     names = sympy.numbered_symbols("_c")
-    replacements, reduced = sympy.cse(expressions, symbols=names, order="canonical")
+    replacements, reduced = sympy.cse(expressions, symbols=names, order="none")
     flat = _Flattener()
     for symbol, expression in replacements:
         flat.assign(symbol, expression)
@@ -215,10 +215,28 @@ def _compilable(value: Any, label: str, known: set[sympy.Symbol]) -> sympy.Expr:
     # floats that are whole numbers become integers, so that 1.0 * x and 0.0 + x become x
     floats = (f for f in nodes if isinstance(f, sympy.Float) and float(f).is_integer())
     constants |= {f: sympy.Integer(int(f)) for f in floats}
-    expression = expression.xreplace(constants) if constants else expression
-    if any(isinstance(node, sympy.Abs) for node in nodes):
-        expression = expression.replace(sympy.Abs, lambda e: WherePositive(e, e, -e))
-    return expression
+    return _rebuilt(expression, constants)
+
+
+def _rebuilt(expression: sympy.Expr, constants: Mapping[sympy.Basic, sympy.Expr]) -> sympy.Expr:
+    """Return an expression with other constants, and choices for absolute values; each part once."""
+    found: dict[sympy.Basic, Any] = dict(constants)
+    left: list[sympy.Basic] = [expression]
+    while left:
+        node = left[-1]
+        waiting = [part for part in node.args if part not in found]
+        if node in found or waiting:
+            left.pop() if node in found else left.extend(waiting)
+            continue
+        parts = [found[part] for part in node.args]
+        if isinstance(node, sympy.Abs):
+            found[node] = WherePositive(parts[0], parts[0], -parts[0])
+        elif any(new is not old for new, old in zip(parts, node.args, strict=True)):
+            found[node] = node.func(*parts)
+        else:
+            found[node] = node
+        left.pop()
+    return found[expression]
 
 
 def _nodes(expression: sympy.Expr) -> list[sympy.Basic]:

@@ -227,7 +227,11 @@ class _Lookups:
         """Return the lookups with their rows, from the first one on."""
         rows = {name: first + i for i, name in enumerate(self._named())}
         for group, values in self.groups.items():
-            rows |= {symbol: rows[group, c] for symbol, order, c in values if (group, c) in rows and not order}
+            rows |= {
+                symbol: rows[group, c]
+                for symbol, order, c in values
+                if (group, c) in rows and not order
+            }
         return _Lookups(self.groups, rows)
 
 
@@ -263,7 +267,9 @@ def _function(
             cells, places = _cells(lookups, groups)
             stages.append(_loop(printer, computed, cells, places, where))
             stages.append(_lookup_loop(lookups, groups, where))
-            where |= {symbol: lookups.rows[symbol] for g in groups for symbol, _, _ in lookups.groups[g]}
+            where |= {
+                symbol: lookups.rows[symbol] for g in groups for symbol, _, _ in lookups.groups[g]
+            }
         every = computed
     stages.append(_loop(printer, every, values, rows, where))
     constants = [f"{k} = real({value!r})" for value, k in printer.constants.items()]

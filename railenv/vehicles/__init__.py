@@ -4,7 +4,7 @@ from railenv.vehicles.cooperrider import COOPERRIDER, CooperriderParameters
 from railenv.vehicles.records import FieldDescription, ParameterRecord, describe, quantity
 from railenv.vehicles.vehicle import (
     HIGH_SPEED_COACH,
-    PRESETS,
+    HIGH_SPEED_COACH_HOLLOW,
     QUANTITIES,
     TABLE_1,
     TABLE_1_PRINTED_LOADS,
@@ -15,7 +15,7 @@ from railenv.vehicles.vehicle import (
 __all__ = [
     "COOPERRIDER",
     "HIGH_SPEED_COACH",
-    "PRESETS",
+    "HIGH_SPEED_COACH_HOLLOW",
     "QUANTITIES",
     "TABLE_1",
     "TABLE_1_PRINTED_LOADS",

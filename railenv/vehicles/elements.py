@@ -30,6 +30,7 @@ from railenv.tables import Table
 GRAVITY = 9.81
 """m/s^2, unless a vehicle has another."""
 
+
 @dataclass(frozen=True, kw_only=True)
 class Part(Numbered):
     """Base of bodies and elements: a name, numbers and tables, checked."""
@@ -181,12 +182,16 @@ class Wheelset(Body):
     )
     saturation: str = choice("creep saturation law", ("heuristic", "polach"), "heuristic")
     saturation_of: str = choice(
-        "whether creep is saturated for the whole wheelset or each wheel", ("wheelset", "wheel"), "wheelset"
+        "whether creep is saturated for the whole wheelset or each wheel",
+        ("wheelset", "wheel"),
+        "wheelset",
     )
     polach_adhesion: Number = number(
         "1", "Polach's k_A, of the area of adhesion", low=0.0, open_low=True, high=1.0
     )
-    polach_slip: Number = number("1", "Polach's k_S, of the area of slip", low=0.0, open_low=True, high=1.0)
+    polach_slip: Number = number(
+        "1", "Polach's k_S, of the area of slip", low=0.0, open_low=True, high=1.0
+    )
     vertical_rail_stiffness: Number = positive("N/m", "vertical stiffness of the rail under one wheel")
     lateral_rail_stiffness: Number = positive("N/m", "lateral stiffness of the rail behind the flange")
 

@@ -57,7 +57,9 @@ class ParameterRecord:
 
     def parameters(self) -> dict[str, float]:
         """Return all numbers that the equations of motion read, by name."""
-        return {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if "bounds" in f.metadata}
+        return {
+            f.name: getattr(self, f.name) for f in dataclasses.fields(self) if "bounds" in f.metadata
+        }
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with some fields changed.
