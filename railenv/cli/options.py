@@ -65,10 +65,10 @@ class VehicleOptions:
         typer.Option(
             "--vehicle",
             "-v",
-            help="A shipped vehicle (TABLE_1, TABLE_1_PRINTED_LOADS, HIGH_SPEED_COACH) or a TOML file: "
-            "a bogie's numbers, or the parts of a vehicle.",
+            help="A shipped vehicle (`railenv vehicles` lists them) or a TOML file: a bogie's numbers, "
+            "or the parts of a vehicle.",
         ),
-    ] = "HIGH_SPEED_COACH"
+    ] = "HIGH_SPEED_COACH_HOLLOW"
     model: Annotated[
         ModelName,
         typer.Option(
