@@ -45,7 +45,7 @@ class Case:
     @property
     def id(self) -> str:
         """Name under which Gymnasium knows the environment."""
-        return f"railenv/{self.title}-v0"
+        return f"railenv/{self.title}-v1"
 
     def make(self, **keywords: Any) -> HuntingEnv:
         """Return the environment without wrappers."""

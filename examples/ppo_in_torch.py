@@ -90,7 +90,7 @@ def train(options: Options) -> list[float]:
     torch.set_num_threads(1)  # more are slower for networks this small
     torch.manual_seed(o.seed)
     env = gymnasium.make_vec(
-        "railenv/Bogie-v0",
+        "railenv/Bogie-v1",
         o.n_envs,
         vectorization_mode="vector_entry_point",
         autoreset_mode=AutoresetMode.SAME_STEP,

@@ -26,7 +26,7 @@ from railenv.envs.episodes import RUNNING
 from railenv.envs.settings import RANDOMIZABLE, RewardWeights, Settings
 
 _FOLDER = Path(tempfile.mkdtemp(prefix="railenv-fuzz-"))
-IDS = ("railenv/Bogie-v0", "railenv/DualWheelset-v0")
+IDS = ("railenv/Bogie-v1", "railenv/DualWheelset-v1")
 
 # --------------------------------------------------------------------------- environments
 
@@ -147,7 +147,7 @@ def _vectors(example: dict[str, Any]) -> None:
 
 
 def _new_vector(example: dict[str, Any]) -> None:
-    env = gymnasium.make_vec("railenv/Bogie-v0", vectorization_mode="vector_entry_point", **example)
+    env = gymnasium.make_vec("railenv/Bogie-v1", vectorization_mode="vector_entry_point", **example)
     observation, _ = env.reset(seed=1)
     assert observation in env.observation_space
 

@@ -235,7 +235,7 @@ class BogieEnv(HuntingEnv):
     All fields of :class:`railenv.envs.settings.Settings`, for instance:
 
     >>> import gymnasium, railenv
-    >>> env = gymnasium.make("railenv/Bogie-v0", observation="sensors", speed_range=(100, 140))
+    >>> env = gymnasium.make("railenv/Bogie-v1", observation="sensors", speed_range=(100, 140))
     >>> observation, info = env.reset(seed=1, options={"radius": float("inf")})
     >>> observation.shape
     (4,)
@@ -257,7 +257,7 @@ class DualWheelsetEnv(HuntingEnv):
     of both axles' accelerations; the default speeds are 20 to 60 m/s.
 
     >>> import gymnasium, railenv
-    >>> env = gymnasium.make("railenv/DualWheelset-v0", actuator="none")
+    >>> env = gymnasium.make("railenv/DualWheelset-v1", actuator="none")
     >>> env.action_space
     Discrete(1)
     """

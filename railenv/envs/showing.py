@@ -68,7 +68,7 @@ class Recorder:
             times, displacements, actions = zip(*self._past, strict=True)
             history = History(np.array(times), np.array(displacements), np.array(actions))
         reason = REASONS[int(fleet.terms[i, 6])]
-        first = wheelsets[0]
+        first = episode.plant.guided[self._order[0]]
         return Scene(
             time=self._time,
             speed=speed,

@@ -13,7 +13,7 @@ from railenv.envs.settings import settings
 from railenv.equations.functions import tanh
 from railenv.errors import ParameterError, UnknownNameError
 
-NAME = "railenv/Bogie-v0"
+NAME = "railenv/Bogie-v1"
 ASSEMBLY = railenv.Bogie(railenv.HIGH_SPEED_COACH).assembly  # has the kernels of the shipped bogie
 SPEEDS = (90.0, 120.0)
 
