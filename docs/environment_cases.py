@@ -67,7 +67,7 @@ CASES = (
         "Bogie",
         "bogie",
         ("secondary", "primary", "none"),
-        railenv.Bogie(railenv.HIGH_SPEED_COACH),
+        railenv.Bogie(railenv.HIGH_SPEED_COACH_HOLLOW),
         speed=105.0,
         radius=6500.0,
         cant=0.0873,

@@ -36,7 +36,7 @@ class Options:
 
 ENV = {
     "observation": "state",
-    "speed_range": (130.0, 130.0),  # above the critical speed, 116 m/s
+    "speed_range": (130.0, 130.0),  # above the critical speed, 114 m/s
     "tangent_share": 1.0,
     "duration": 2.0,
     "weights": RewardWeights(derailment=0.0),

@@ -71,7 +71,7 @@ class Feedback:
 
 def markdown():
     """Table of the mean reward a step, over episodes of 10 s on tangent track."""
-    critical = design.critical_speed(railenv.Bogie(railenv.HIGH_SPEED_COACH)).speed
+    critical = design.critical_speed(railenv.Bogie(railenv.HIGH_SPEED_COACH_HOLLOW)).speed
     lines = [
         "# What the reward tells",
         "",

@@ -49,8 +49,8 @@ def nadal_limits(setting: float | str, wheelset: Guided) -> tuple[float, float]:
 def _flange_angle(wheelset: Guided, side: int) -> float:
     if wheelset.laws is None:
         raise ParameterError(
-            f"nadal_limit is {CONTACT_ANGLE!r}, but the equations of {wheelset.name} are your own and do "
-            "not tell its profiles; give a number"
+            f"nadal_limit is {CONTACT_ANGLE!r}, but the equations of {wheelset.name} are your own and "
+            "do not tell its profiles; give a number"
         )
     law = wheelset.laws[side]
     if law.flange_angle is None or not math.isfinite(law.flange_clearance or math.inf):

@@ -14,7 +14,7 @@ def _gone(name: str) -> NoReturn:
     )
 
 
-def bogie_v0(**keywords: Any) -> NoReturn:  # noqa: ARG001 - what Gymnasium hands over
+def bogie_v0(**keywords: Any) -> NoReturn:
     """Raise: railenv/Bogie-v0 is gone.
 
     Raises
@@ -25,7 +25,7 @@ def bogie_v0(**keywords: Any) -> NoReturn:  # noqa: ARG001 - what Gymnasium hand
     _gone("Bogie")
 
 
-def dual_wheelset_v0(**keywords: Any) -> NoReturn:  # noqa: ARG001 - what Gymnasium hands over
+def dual_wheelset_v0(**keywords: Any) -> NoReturn:
     """Raise: railenv/DualWheelset-v0 is gone.
 
     Raises

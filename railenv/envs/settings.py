@@ -200,16 +200,16 @@ class Settings:
             vehicle = preset(vehicle)
         if not isinstance(vehicle, (Vehicle, Assembly)):
             raise ParameterError(
-                f"vehicle is {shown(vehicle)}; it must be a railenv.Vehicle, a railenv.Assembly or the "
-                "name of a shipped vehicle"
+                f"vehicle is {shown(vehicle)}; it must be a railenv.Vehicle, a railenv.Assembly or "
+                "the name of a shipped vehicle"
             )
         if not (self.model is None or isinstance(self.model, Model)):
             raise ParameterError(f"model is {shown(self.model)}; it must be a railenv.Model")
         if self.contact is not None:
             if self.model is not None or isinstance(vehicle, Assembly):
                 raise ParameterError(
-                    "contact is given with a model or an assembly; it belongs to a railenv.Vehicle. Give "
-                    "it to the wheelsets of the assembly (contact of railenv.vehicles.elements.Wheelset)"
+                    "contact is given with a model or an assembly; it belongs to a railenv.Vehicle, and "
+                    "the wheelsets of an assembly have their own"
                 )
             law = contact_law(self.contact)
             object.__setattr__(self, "contact", law)

@@ -61,7 +61,6 @@ class Recorder:
         episode = fleet.episodes[i]
         assert episode is not None
         speed, curvature, cant = fleet.conditions(i)
-        wheelsets = self._wheelsets
         places, outlines = self._places()
         history = History.empty(fleet.n_actuators, len(places))
         if self._past:
