@@ -26,7 +26,7 @@ from railenv.threads import usable_threads
 
 _ROOT = Path(__file__).resolve().parent.parent
 
-SPEEDS = {"railenv/Bogie-v0": (60.0, 100.0), "railenv/DualWheelset-v0": (20.0, 30.0)}  # m/s
+SPEEDS = {"railenv/Bogie-v1": (60.0, 100.0), "railenv/DualWheelset-v1": (20.0, 30.0)}  # m/s
 CARTPOLE = "CartPole-v1"
 ENDLESS = 1e6  # s
 LARGEST_STEP = 20e-6  # s
@@ -143,7 +143,7 @@ def _vectors() -> Iterator[Row]:
         actions.append(partial(sync.step, _zeros(sync)))
     cartpoles = _vector(CARTPOLE, ENVIRONMENTS)
     cartpoles.reset(seed=0)
-    equipped = _vector("railenv/Bogie-v0", ENVIRONMENTS, **EQUIPPED)
+    equipped = _vector("railenv/Bogie-v1", ENVIRONMENTS, **EQUIPPED)
     equipped.reset(seed=0)
     actions += [partial(equipped.step, _zeros(equipped)), _to_and_fro(cartpoles)]
     *times, with_sensors, cartpole = shortest(actions, VECTOR_REPETITIONS)
@@ -151,7 +151,7 @@ def _vectors() -> Iterator[Row]:
         yield from _vector_rows(name, times[5 * i : 5 * i + 5], cartpole)
     rate, plain = _million(with_sensors), _million(times[0])
     yield Row(
-        "vector environment of railenv/Bogie-v0, sensors, history of 3, track that changes",
+        "vector environment of railenv/Bogie-v1, sensors, history of 3, track that changes",
         rate,
         "million steps/s",
         f"shortest of {VECTOR_REPETITIONS}",
@@ -239,7 +239,7 @@ def _to_and_fro(env: Any) -> Action:
 
 def _resets() -> Iterator[Row]:
     cases: list[tuple[str, dict[str, Any]]] = [(name, {}) for name in SPEEDS]
-    cases.append(("railenv/Bogie-v0", {"randomize": RANDOM}))
+    cases.append(("railenv/Bogie-v1", {"randomize": RANDOM}))
     actions = [_reset_action(name, keywords) for name, keywords in [*cases, (CARTPOLE, {})]]
     *times, (cartpole, _) = processor_times(actions, RESET_REPETITIONS)
     for (name, keywords), (processor, elapsed) in zip(cases, times, strict=True):
@@ -319,7 +319,7 @@ def _memory() -> Iterator[Row]:
     )
     found = json.loads(done.stdout)
     yield Row(
-        f"growth of peak memory, {ENVIRONMENTS} of railenv/Bogie-v0, {MEMORY_STEPS} steps each",
+        f"growth of peak memory, {ENVIRONMENTS} of railenv/Bogie-v1, {MEMORY_STEPS} steps each",
         found["growth"],
         "MiB",
         "one run, after as many steps",
@@ -340,7 +340,7 @@ def _peak() -> float:
 
 def main() -> None:
     """Run a vector environment for long, twice; print how memory grew in the second run as JSON."""
-    env = _vector("railenv/Bogie-v0", ENVIRONMENTS, duration=MEMORY_DURATION)
+    env = _vector("railenv/Bogie-v1", ENVIRONMENTS, duration=MEMORY_DURATION)
     env.reset(seed=0)
     actions = _zeros(env)
     found = {"before": 0.0, "growth": 0.0, "ended": 0.0, "derailed": 0.0}

@@ -51,6 +51,9 @@ REACH = 0.020
 FLANGE_SLOPE = 0.5
 """Tangent of the contact angle from which on a wheel is said to run on its flange."""
 
+STEEP = 0.98
+"""Share of the largest slope down to which a flange counts as at its steepest."""
+
 _NEWTON_STEPS = 4
 _ONWARDS = 0.05  # least change of the shift over that of the contact, on a rail that yields
 _END = 5e-4  # m; contact nearer to the end of a profile's points is not trusted
@@ -333,6 +336,15 @@ class ProfilePair(ContactLaw):
         k = int(on[0])
         return float(np.interp(FLANGE_SLOPE, slope[k - 1 : k + 1], eta[k - 1 : k + 1]))
 
+    @cached_property
+    def flange_top(self) -> tuple[float, float] | None:
+        """Shift and lift (m) behind which the flange is less steep again; None without a flange."""
+        if not math.isfinite(self.flange_clearance):
+            return None
+        eta = self.tables.eta[self.tables.eta >= 0.0]
+        shift = flange_top(eta, np.tan(self.angle(eta)))
+        return shift, float(self.height(shift))
+
     # ---------------------------------------------------------------------- of the wheelset
 
     def rolling_radius_difference(self, y: ArrayLike) -> Any:
@@ -525,6 +537,11 @@ class ProfilePair(ContactLaw):
             raise ParameterError(f"shift is {bad:g} m; the tables go from {low:g} to {high:g} m")
         found = spline(wanted, order)
         return float(found) if wanted.ndim == 0 else found
+
+
+def flange_top(eta: Array, slope: Array) -> float:
+    """Return the last shift at which the contact is about as steep as anywhere."""
+    return float(eta[np.flatnonzero(slope >= STEEP * slope.max())[-1]])
 
 
 def profile_of(value: Any, kind: Kind) -> Profile:
