@@ -10,7 +10,8 @@ from functools import cached_property
 from typing import Any, Literal, get_args
 
 from railenv import checks
-from railenv.contact.laws import ContactLaw, contact_law
+from railenv.contact.given import contact_law
+from railenv.contact.laws import ContactLaw
 from railenv.envs.derailment import CONTACT_ANGLE, nadal_limits
 from railenv.envs.observation import Observation
 from railenv.equipment import PLACES, Actuator, Equipped, Place, Sensors
