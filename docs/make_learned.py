@@ -20,8 +20,8 @@ from joblib import Parallel, delayed
 import agents
 import design
 import railenv
+from agents.controllers.service import CONICITY, CREEP_FACTOR
 from agents.controllers.shipped import coach
-from agents.learning.candidates import CONICITIES
 from agents.learning.designs import SEED
 from agents.learning.learning_plots import plot_search
 from agents.learning.policy_search import search_policy
@@ -87,7 +87,7 @@ def row(controller: Any, name: str) -> dict[str, Any]:
 
 def second_mode() -> list[float]:
     """Return speed (m/s) and frequency (Hz) from which a second mode of the vehicle alone grows."""
-    vehicle = railenv.Bogie(railenv.HIGH_SPEED_COACH).replace(conicity=CONICITIES[1])
+    vehicle = railenv.Bogie(railenv.HIGH_SPEED_COACH_HOLLOW).replace(conicity=CONICITIES[1])
 
     def growing(speed: float) -> np.ndarray:
         poles = design.linearize(vehicle, speed=speed).poles()
