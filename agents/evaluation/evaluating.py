@@ -23,6 +23,7 @@ from railenv.errors import EquilibriumError
 
 _BEYOND = 1.05  # of the linear critical speed, where hunting is established for the ramp
 _MARGIN = 10.0  # m/s
+_BACK = 0.99  # of a speed at which there is no equilibrium
 
 
 def evaluate(
@@ -131,18 +132,24 @@ class _Evaluator:
         """Return linear critical speed, loss and frequency."""
         if not isinstance(self.controller, Feedback):
             return self._measured(model, radius, cant)
-        try:
-            found = design.critical_speed(
-                model,
-                radius=radius,
-                cant=cant,
-                controller=self.controller,
-                speed_range=self.plan.speed_range,
-            )
-        except EquilibriumError:
-            return None, "end", None
-        speed = self.plan.speed_range[1] if found.loss == "none" else found.speed
-        return speed, found.loss, found.frequency
+        low, top = self.plan.speed_range
+        loss = "none"
+        while top > low:
+            try:
+                found = design.critical_speed(
+                    model,
+                    radius=radius,
+                    cant=cant,
+                    controller=self.controller,
+                    speed_range=(low, top),
+                )
+            except EquilibriumError as error:  # vehicle and controller have no common equilibrium
+                top, loss = _BACK * min(top, error.reached or top), "end"
+                continue
+            if found.loss == "none":
+                return top, loss, None
+            return found.speed, found.loss, found.frequency
+        return None, "end", None
 
     def _measured(
         self, model: Equipped, radius: float, cant: float

@@ -21,6 +21,8 @@ def meaning_of(model: Model, parameter: str) -> Meaning:
     if isinstance(model, Equipped):
         return _of_equipment(model, parameter) or meaning_of(model.plant, parameter)
     record: Any = getattr(model, "vehicle", None) or getattr(model, "record", None)
+    if found := _of_contact(record, parameter):
+        return found
     if record is not None and (found := _of_field(record, parameter)):
         return found
     if record is not None and parameter == "creep_factor":
@@ -31,6 +33,15 @@ def meaning_of(model: Model, parameter: str) -> Meaning:
             if field != parameter and (found := _of_field(part, field)):
                 return Meaning(parameter, found.unit)
     return Meaning(parameter, "")
+
+
+def _of_contact(record: Any, name: str) -> Meaning | None:
+    """Return what a number of a vehicle's contact law means, with its name before it."""
+    law = getattr(record, "contact", None)
+    if law is None or name not in law.number_fields():
+        return None
+    found = _of_field(law, name)
+    return found and Meaning(f"{name.replace('_', ' ')}: {found.text}", found.unit)
 
 
 def _of_field(record: Any, name: str) -> Meaning | None:

@@ -7,11 +7,10 @@ import pytest
 
 import design
 import railenv
+from design.linear.quantities import meaning_of
 
 S1002 = railenv.HIGH_SPEED_COACH_S1002
-FAMILY = railenv.ProfileFamily(
-    railenv.ProfilePair(), railenv.ProfilePair(wheel="S1002_WORN"), wear=0.0
-)
+FAMILY = railenv.ProfileFamily(railenv.ProfilePair(), railenv.ProfilePair(wheel="S1002_WORN"), wear=0.0)
 HOLLOW = railenv.Bogie(railenv.HIGH_SPEED_COACH_HOLLOW)
 WEARING = railenv.Bogie(S1002.replace(contact=FAMILY))
 
@@ -73,3 +72,9 @@ def test_a_hunting_map_over_a_number_of_the_contact_agrees_with_a_branch(model, 
 def test_a_fixed_pair_of_profiles_has_no_conicity_to_vary():
     with pytest.raises(railenv.UnknownNameError, match="conicity"):
         design.parameter_locus(railenv.Bogie(S1002), "conicity", [0.1, 0.2], speed=80.0)
+
+
+def test_pictures_say_what_a_number_of_the_contact_is():
+    found = [meaning_of(model, name) for model, name in ((HOLLOW, "conicity"), (WEARING, "wear"))]
+    assert [each.text.partition(":")[0] for each in found] == ["conicity", "wear"]
+    assert [each.unit for each in found] == ["1", "1"]

@@ -75,7 +75,7 @@ def test_margins_of_every_command(name):
     assert found.delay == model.delay
     for channel in found.channels:
         assert channel.gain_margin > 1.0 > channel.gain_reduction
-        assert found.disk_margin <= channel.disk_margin * (1.0 + 1e-6)
+        assert found.disk_margin <= channel.disk_margin * (1.0 + 1e-5)  # both are searched
 
 
 @every

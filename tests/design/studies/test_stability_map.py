@@ -270,7 +270,7 @@ def _labels(drawn):
 def test_picture_of_critical_speeds(chart):
     x, y, bar, texts, ticks = _labels(chart.plot())
     assert (x, bar) == ("curve radius (m)", "critical speed (m/s)")
-    assert y == "conicity of the wheel treads (1)"
+    assert y == "conicity: slope of the tread (1)"
     assert "tread equilibrium ends in a fold" in texts
     assert ticks[-1] == "tangent"
 
