@@ -207,8 +207,8 @@ class ProfilePair(ContactLaw):
         """Columns over the shift of the wheel against a rail that gives way to a flange.
 
         The rail stands aside until its spring holds the thrust. Lift and slope are then those of the
-        contact found there, and the lift has the work of the spring in it (it is a Moreau envelope): the
-        normal contact stays conservative. A flange goes on straight from where it is steepest.
+        contact found there, and the lift has the work of the spring in it (it is a Moreau envelope):
+        the normal contact stays conservative. A flange goes on straight from where it is steepest.
         """
         lift, radius, place = self._splines
         at = self._onwards()
@@ -533,7 +533,7 @@ class ProfilePair(ContactLaw):
 
 
 def _way(slope: Array) -> tuple[Array, Array, Array]:
-    """Return how far a rail gives way to a contact, its derivative by the slope, the work of its spring.
+    """Return how far a rail gives way, its derivative by the slope, and the work of its spring.
 
     All over ``rail_yield`` (and the wheel load); the slope is the tangent of the contact angle.
     """

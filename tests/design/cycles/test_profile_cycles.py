@@ -12,7 +12,7 @@ def model():
 
 
 def branch_of(model):
-    return design.cycle_branch(model, parameter_range=(60.0, 111.0))
+    return design.cycle_branch(model, parameter_range=(60.0, 112.0))
 
 
 @pytest.fixture(scope="module")
