@@ -19,7 +19,7 @@ from railenv.equations.functions import Scalar, sqrt, table, where_positive
 STEEPEST = 0.99
 """Sine of the contact angle up to which arcs are followed; beyond it they go on straight."""
 
-TABLE_COLUMNS = 5
+TABLE_COLUMNS = 4
 """Columns of a table of profiles: those of a :class:`Touch`."""
 
 
@@ -28,7 +28,6 @@ class Touch(NamedTuple):
 
     height: Scalar  # H, how far the wheel rides up, m
     slope: Scalar  # H', tangent of the contact angle against the axle
-    bend: Scalar  # H'', 1/m; 0 in laws whose rail does not yield sideways, which do not need it
     radius: Scalar  # increase of the rolling radius, m
     place: Scalar = 0  # place on the rail, outwards from where it touches at eta = 0, m
 
@@ -40,7 +39,7 @@ class Law(NamedTuple):
     """Touch of numbers and eta."""
 
     has_flange: bool = False
-    """Whether H has the flange in it, which the rail's lateral stiffness then holds."""
+    """Whether H has the flange in it, so that there is no spring for it."""
 
     round_rail: bool = False
     """Whether the rail's head is an arc, round which the contact moves."""
@@ -49,13 +48,13 @@ class Law(NamedTuple):
 def cone(c: Scalar, eta: Scalar) -> Touch:
     """Return the touch of a straight tread: the paper's cone on a knife edge."""
     rise = c.conicity * eta
-    return Touch(rise, c.conicity, 0, rise)
+    return Touch(rise, c.conicity, rise)
 
 
 def linear(c: Scalar, eta: Scalar) -> Touch:
     """Return the touch by Wickens' three parameters: conicity, contact angle and its rate."""
     height = eta * (c.contact_angle + 0.5 * c.contact_angle_rate * eta)
-    return Touch(height, c.contact_angle + c.contact_angle_rate * eta, 0, c.conicity * eta)
+    return Touch(height, c.contact_angle + c.contact_angle_rate * eta, c.conicity * eta)
 
 
 def arcs(c: Scalar, eta: Scalar) -> Touch:
@@ -84,7 +83,7 @@ def _rolling_round(c: Scalar, nearness: Scalar, eta: Scalar) -> Touch:
     rise = (sine + sine0) / (cosine + cosine0)
     beyond = where_positive(abs(lean) - STEEPEST, (lean - sine) / _guarded(nearness), 0.0)
     height = eta * rise + beyond * (slope - rise)
-    return Touch(height, slope, 0, (1.0 + c.rail_profile_radius * nearness) * height)
+    return Touch(height, slope, (1.0 + c.rail_profile_radius * nearness) * height)
 
 
 def _guarded(nearness: Scalar) -> Scalar:
