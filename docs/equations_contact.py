@@ -89,25 +89,15 @@ def _reference() -> list[str]:
     return table
 
 
-def _thrust(load: sympy.Expr, at: contact.Point, p: SimpleNamespace) -> sympy.Expr:
-    """Return the force along eta of a law with a flange; it is looked for in the equations."""
-    with sympy.evaluate(False):
-        slope, bend = at.touch.slope, at.touch.bend
-        return load * slope - load * load * slope * bend / p.lateral_rail_stiffness
-
-
 def _normal_load() -> list[str]:
-    at = point_symbols(_SIDE, shapes.PROFILES)
-    p = wheelset_with(shapes.PROFILES)
-    found = traced(contact.normal_contact, at, W, RAIL, p)
-    load, stiffness, thrust = map(sympy.Symbol, (r"N_{z\sigma}", r"K_{\sigma}", r"P_{\sigma}"))
-    along = _thrust(found.vertical, at, p)
-    names = {along: thrust, found.vertical: load}
+    found = traced(contact.normal_contact, _AT, W, RAIL, P)
+    load, thrust = map(sympy.Symbol, (r"N_{z\sigma}", r"P_{\sigma}"))
+    with sympy.evaluate(False):
+        along = found.vertical * _AT.touch.slope
     return [
-        *rows(r"K_{\sigma}", [traced(contact.stiffness, at, p)]),
-        *rows(r"N_{z\sigma}", [found.vertical], {traced(contact.stiffness, at, p): stiffness}),
+        *rows(r"N_{z\sigma}", [found.vertical]),
         *rows(r"P_{\sigma}", [along], {found.vertical: load}),
-        *rows(_lefts(NORMAL[len("N_{z@} ") :]), found[1:], names),
+        *rows(_lefts(NORMAL[len("N_{z@} ") :]), found[1:], {along: thrust, found.vertical: load}),
     ]
 
 
@@ -208,7 +198,7 @@ BLOCKS = {
     "reference": Shown(
         (contact.reference, contact.place), _reference, "What differs with the rail", table=True
     ),
-    "normal load": Shown((contact.normal_contact, contact.stiffness), _normal_load, "Eq 4"),
+    "normal load": Shown((contact.normal_contact,), _normal_load, "Eq 4"),
     "creepages": Shown((contact.creepages,), _creepages, "Eq 1, creepages"),
     "creep forces": Shown((contact.kalker, contact.growth, contact.wheel), _kalker, "Eq 1, forces"),
     "saturation": Shown(

@@ -11,10 +11,10 @@ from railenv.equations import shapes
 
 _ETA = sympy.Symbol(r"\eta")
 _SINE, _COSINE = sympy.Symbol(r"\sin\gamma_{0}"), sympy.Symbol(r"\cos\gamma_{0}")
-_LEFTS = ("H", "H'", "H''", r"\rho", "B")
+_LEFTS = ("H", "H'", r"\rho", "B")
 
 
-def _touch(kind: shapes.Law, count: int = 5) -> list[str]:
+def _touch(kind: shapes.Law, count: int = 4) -> list[str]:
     """Return lift, its derivatives, radius and place, as far as the law has them."""
     found = traced(kind.touch, law(kind), _ETA)
     shown = [(left, e) for left, e in zip(_LEFTS, found, strict=True) if e != 0][:count]

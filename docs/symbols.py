@@ -96,7 +96,7 @@ W, FRAME = moving(), moving("b")
 ALPHA, BETA = sympy.Symbol(r"\alpha"), sympy.Symbol(r"\beta")
 EPSILON, WIDTH = sympy.Symbol(r"\varepsilon"), sympy.Symbol("w")
 
-TOUCH = r"H_{@} H'_{@} H''_{@} \rho_{@} B_{@}"
+TOUCH = r"H_{@} H'_{@} \rho_{@} B_{@}"
 PLACE = r"\Delta_{@} r_{@} \tau_{@} \chi_{@} R_{y@}"
 NORMAL = "N_{z@} N_{y@} M_{Nx@} M_{Nz@} N_{@}"
 CREEP = r"F^{\ast}_{x@} F^{\ast}_{y@} M^{\ast}_{z@}"
