@@ -220,20 +220,23 @@ class ArcProfile(ContactLaw):
     def linear(self, amplitude: float = 0.0) -> LinearContact:
         """Return conicity, contact angle and its rate at the centre, roll left out."""
         wheel, rail = _plain(self.wheel_profile_radius), _plain(self.rail_profile_radius)
-        return _of_arcs(_plain(self.contact_angle), 1.0 / (wheel - rail), rail)
+        tangent, nearness = _plain(self.contact_angle), 1.0 / (wheel - rail)
+        rate = nearness * (1.0 + tangent * tangent) ** 1.5
+        return LinearContact((1.0 + rail * nearness) * tangent, tangent, rate)
 
 
 @dataclass(frozen=True)
 class HollowTread(ContactLaw):
-    """The arcs of :class:`ArcProfile` told by the conicity: a tread from new to worn hollow.
+    """A tread from new to worn hollow, told by its conicity; with a spring behind the flange.
 
-    The more hollow the tread, the closer its radius comes to that of the rail. So the contact angle
-    moves the faster with the shift the higher the conicity is, as on wheels in service.
+    It is the linear part of :class:`ArcProfile`: the more hollow the tread, the closer its radius comes
+    to that of the rail, and the faster the contact angle moves with the shift. So conicity and contact
+    angle go together, as on wheels in service.
 
     Parameters
     ----------
     conicity : float
-        Slope of the rolling radius at the centre; not less than ``contact_angle``, the straight tread.
+        Slope of the rolling radius; not less than ``contact_angle``, that of the straight tread.
     contact_angle : float
         Tangent of the contact angle at the centre.
     rail_profile_radius : float
@@ -261,14 +264,11 @@ class HollowTread(ContactLaw):
             )
 
     def linear(self, amplitude: float = 0.0) -> LinearContact:
-        """Return conicity, contact angle and its rate at the centre, roll left out."""
-        angle, rail = _plain(self.contact_angle), _plain(self.rail_profile_radius)
-        return _of_arcs(angle, (_plain(self.conicity) / angle - 1.0) / rail, rail)
-
-
-def _of_arcs(tangent: float, nearness: float, rail: float) -> LinearContact:
-    rate = nearness * (1.0 + tangent * tangent) ** 1.5
-    return LinearContact((1.0 + rail * nearness) * tangent, tangent, rate)
+        """Return conicity, contact angle and its rate."""
+        conicity, angle = _plain(self.conicity), _plain(self.contact_angle)
+        return LinearContact(
+            conicity, angle, (conicity / angle - 1.0) / _plain(self.rail_profile_radius)
+        )
 
 
 def _plain(value: Number) -> float:

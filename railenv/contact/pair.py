@@ -182,9 +182,7 @@ class ProfilePair(ContactLaw):
         )
         keep("width", checks.number("width", self.width, low=5e-7, high=2e-4, unit="m"))
         keep("step", checks.number("step", self.step, low=FINEST_STEP, high=1e-4, unit="m"))
-        keep(
-            "rail_yield", checks.number("rail_yield", self.rail_yield, low=0.0, high=0.05, unit="m")
-        )
+        keep("rail_yield", checks.number("rail_yield", self.rail_yield, low=0.0, high=0.05, unit="m"))
         keep("grid", checks.number("grid", self.grid, low=FINEST_STEP, high=2e-4, unit="m"))
         self._check_centre()
 
