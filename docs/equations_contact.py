@@ -75,10 +75,10 @@ def _geometry() -> list[str]:
 
 def _reference() -> list[str]:
     """Return the anchor and the place of the contact for both kinds of rail, as a table."""
-    table = ["| rail | $a_0$ | $d_0$ | $B_\\sigma$ |", "|---|---|---|---|"]
+    table = ["| rail of | $a_0$ | $d_0$ | $B_\\sigma$ |", "|---|---|---|---|"]
     for label, kind in (
-        ("a knife edge, or a profile", shapes.PROFILES),
-        ("an arc of radius $R_r$ (`ArcProfile`, `HollowTread`)", shapes.ARCS),
+        ("all other laws", shapes.PROFILES),
+        ("`ArcProfile`, an arc of radius $R_r$", shapes.ARCS),
     ):
         p = wheelset_with(kind)
         found = [*traced(contact.reference, p.left, p)]

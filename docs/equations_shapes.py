@@ -33,44 +33,41 @@ def _direction() -> list[str]:
     return rows(f"{_SINE} ; {_COSINE}", traced(shapes.direction, law(shapes.ARCS)))
 
 
-def _nearness() -> list[str]:
-    """Return what differs between arcs told by their radii and those told by their conicity."""
-    found = []
-    for kind, index in ((shapes.ARCS, "arcs"), (shapes.HOLLOW, "hollow")):
-        touch = traced(kind.touch, law(kind), _ETA)
-        # of the radius, (1 + R_r nu) H, without H
-        factor = touch.radius.args[0].args[1].args[1]
-        found += rows(rf"\nu_{{\mathrm{{{index}}}}}", [factor])
-    return found
+def _hollow() -> list[str]:
+    return _touch(shapes.HOLLOW)
 
 
-def _rolling_round() -> list[str]:
-    """Return the touch of two arcs whose nearness is a symbol."""
-    c, nu = law(shapes.ARCS), sympy.Symbol(r"\nu")
-    start = dict(zip(traced(shapes.direction, c), (_SINE, _COSINE), strict=True))
-    touch = traced(shapes._rolling_round, c, nu, _ETA)
+def _arcs() -> list[str]:
+    """Return the touch of two arcs, step by step."""
+    c = law(shapes.ARCS)
+    sine0, cosine0 = traced(shapes.direction, c)
+    touch = traced(shapes.arcs, c, _ETA)
     with sympy.evaluate(False):
-        lean = traced(shapes.direction, c)[0] + nu * _ETA
+        nearness = 1.0 / (c.wheel_profile_radius - c.rail_profile_radius)
+        lean = sine0 + nearness * _ETA
     held = traced(shapes._held, lean)
     with sympy.evaluate(False):
         cosine = shapes.sqrt(1.0 - held * held)
-        rise = (held + traced(shapes.direction, c)[0]) / (cosine + traced(shapes.direction, c)[1])
-    guarded = {traced(shapes._guarded, nu): nu}
-    at, sine, cos, mean = map(sympy.Symbol, ("l", r"\sin\gamma", r"\cos\gamma", "h"))
-    upper, steepest = sympy.Symbol(r"\bar l"), sympy.Symbol("s_{m}")
+        rise = (held + sine0) / (cosine + cosine0)
+        beyond = (lean - held) / nearness
+    nu, at, upper, sine, cos, mean, more, slope, height = map(
+        sympy.Symbol,
+        (r"\nu", "l", r"\bar l", r"\sin\gamma", r"\cos\gamma", "h", r"\eta^{+}", "H'", "H"),
+    )
     inner = held.args[2]  # held from above, then from below
-    slope = sympy.Symbol("H'")
-    top = {sympy.Float(shapes.STEEPEST): steepest}
-    lift = {**guarded, **top, lean: at, held: sine, rise: mean, touch.slope: slope}
+    top = {sympy.Float(shapes.STEEPEST): sympy.Symbol("s_{m}")}
+    start = {sine0: _SINE, cosine0: _COSINE}
     return [
-        *rows("l", [lean], {next(iter(start)): _SINE}),
+        *rows(r"\nu", [nearness]),
+        *rows("l", [lean], {sine0: _SINE, nearness: nu}),
         *rows(r"\bar l", [inner], {lean: at, **top}),
         *rows(r"\sin\gamma", [held], {inner: upper, **top}),
         *rows(r"\cos\gamma", [cosine], {held: sine}),
         *rows("H'", [touch.slope], {held: sine, cosine: cos}),
         *rows("h", [rise], {held: sine, cosine: cos, **start}),
-        *rows("H", [touch.height], lift),
-        *rows(r"\rho", [touch.radius], {touch.height: sympy.Symbol("H")}),
+        *rows(r"\eta^{+}", [beyond], {lean: at, held: sine, nearness: nu}),
+        *rows("H", [touch.height], {rise: mean, beyond: more, touch.slope: slope}),
+        *rows(r"\rho", [touch.radius], {touch.height: height, nearness: nu}),
     ]
 
 
@@ -85,9 +82,9 @@ def _between() -> list[str]:
 BLOCKS = {
     "cone": Shown((shapes.cone,), _cone, "`Cone`, the paper's wheel"),
     "linear profile": Shown((shapes.linear,), _linear, f"`LinearProfile`, {BEYOND.lower()}"),
+    "hollow tread": Shown((shapes.hollow,), _hollow, f"`HollowTread`, {BEYOND.lower()}"),
     "contact angle": Shown((shapes.direction,), _direction, "Contact angle at the centre"),
-    "nearness": Shown((shapes.arcs, shapes.hollow), _nearness, "`ArcProfile` and `HollowTread`"),
-    "arcs": Shown((shapes.arcs, shapes.hollow), _rolling_round, "What both make of it"),
+    "arcs": Shown((shapes.arcs,), _arcs, f"`ArcProfile`, {BEYOND.lower()}"),
     "profiles": Shown((shapes.profiles,), _profiles, "`ProfilePair`"),
     "family": Shown((shapes.between,), _between, "`ProfileFamily`"),
 }

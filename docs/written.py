@@ -158,8 +158,6 @@ def latex(expression: sympy.Expr) -> str:
         return _latex_table(expression)
     if isinstance(expression, sympy.exp):
         return _latex_root(expression)
-    if isinstance(expression, sympy.Abs):
-        return rf"\left| {latex(expression.args[0])} \right|"
     if isinstance(expression, _FUNCTIONS):
         argument = latex(expression.args[0])
         name = _NAMES.get(expression.func.__name__, expression.func.__name__)

@@ -125,7 +125,7 @@ a, b, x, y = sympy.symbols("a b x y")
         ),
         (lambda: exp(log(x / a) / 3.0), r"\sqrt[3]{\frac{x}{a}}"),
         (lambda: TableValue(a, x, 1, 2, 4), r"a_{3}'\left( x \right)"),
-        (lambda: abs(x) * atan(a), r"\left| x \right| \arctan a"),
+        (lambda: x * atan(a), r"x \arctan a"),
         (
             lambda: WherePositive(-x - a, a, y),
             r"\begin{cases} a & x < -a \\ y & \text{otherwise} \end{cases}",
