@@ -21,6 +21,7 @@ import railenv
 from benchmarks import (
     analysis,
     c_build,
+    contact,
     cycles,
     environments,
     learning,
@@ -76,7 +77,8 @@ def main(
     shares = [processor_share()]
     with Console(stderr=True).status("compiling what is not in the cache ...") as status:
         modules = (
-            plant, c_build, analysis, cycles, scaling, environments, threads, learning, startup,
+            plant, contact, c_build, analysis, cycles, scaling, environments, threads, learning,
+            startup,
         )  # fmt: skip
         for module in modules:
             for row in module.rows():

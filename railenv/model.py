@@ -331,6 +331,11 @@ class Model:
                 found.append(Guided(body.name, x, delta, a, r, cone, *states, rails=()))
         return tuple(found)
 
+    @property
+    def flange_clearance(self) -> float | None:
+        """Lateral way (m) of the first wheelset up to its flange; None where the model has none."""
+        return next((wheelset.clearance for wheelset in self.guided), None)
+
     def evaluator(self) -> Evaluator:
         """Return a reusable evaluator with its own buffer, for loops that call it often."""
         return Evaluator(self)

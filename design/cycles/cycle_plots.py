@@ -64,7 +64,7 @@ def plot_branch(
                 label = f"{kind} at {text}{more}{unit}"
                 ax.plot(x, y, marker, color=INK, mfc="white", mew=1.6, ms=7, label=label, zorder=5)
         if clearance is None and name.startswith("y_w"):
-            clearance = branch.setting.model.parameters.get("flange_clearance")
+            clearance = branch.setting.model.flange_clearance
         clearance_line(ax, clearance, factor)
         curvature = branch.setting.curvature
         curve = curve_title(1.0 / curvature if curvature else math.inf, branch.setting.cant)

@@ -152,7 +152,7 @@ def simulated_diagram(
         lowest=lowest,
         highest=highest,
         steady=steady,
-        clearance=model.parameters.get("flange_clearance"),
+        clearance=model.flange_clearance,
         ended=ended,
     )
 

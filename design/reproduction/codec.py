@@ -24,8 +24,10 @@ from design.cycles.spectrum import Spectrum
 from design.stability.loss import CriticalSpeed
 from design.stability.sweep import CurveSweep
 from railenv.contact.creep_comparison import CreepComparison
+from railenv.contact.given import LAWS
 from railenv.contact.hertz import Material
 from railenv.contact.patch import ContactPatch
+from railenv.contact.profiles import Profile
 from railenv.errors import ParameterError
 from railenv.models import Bogie, DualWheelset
 from railenv.vehicles import Vehicle
@@ -41,11 +43,13 @@ _RECORDS: dict[str, type[Any]] = {
         CycleBranch,
         HuntingMap,
         Material,
+        Profile,
         Setting,
         SimulatedDiagram,
         SpecialPoint,
         Spectrum,
         Vehicle,
+        *LAWS,
     )
 }
 _MODELS: dict[str, type[Any]] = {kind.__name__: kind for kind in (Bogie, DualWheelset)}
