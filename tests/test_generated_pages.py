@@ -166,6 +166,11 @@ def test_numbers_on_creep_are_those_computed():
     assert make_creep.page(text("how-to/creep.md")) == text("how-to/creep.md")
 
 
+def test_numbers_on_the_contact_are_those_computed():
+    make_contact = script("make_contact")
+    assert make_contact.page(text("contact.md")) == text("contact.md")
+
+
 def test_claims_of_the_page_are_those_that_the_report_judges():
     columns = json.loads((DOCS / "claims.json").read_text())
     rules = (*FIRST_RULES, *CREEP_RULES, *FURTHER_RULES)
