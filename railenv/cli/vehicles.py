@@ -94,7 +94,10 @@ def _show_parts(vehicle: Assembly, toml: bool, as_json: bool) -> None:
         return
     if as_json:
         parts = [
-            {"kind": part.kind, **{f.name: getattr(part, f.name) for f in dataclasses.fields(part)}}
+            {
+                "kind": part.kind,
+                **{f.name: _plain(getattr(part, f.name)) for f in dataclasses.fields(part)},
+            }
             for part in vehicle.parts
         ]
         plain = {name: getattr(vehicle, name) for name in files.PLAIN}
