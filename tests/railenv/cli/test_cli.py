@@ -92,7 +92,17 @@ def test_vehicles_lists_every_field_and_round_trips_as_toml(tmp_path):
         file.write_text(invoke("vehicles", "TABLE_1", "--toml", "--model", model))
         assert railenv.Assembly.from_toml(file) == kind(railenv.TABLE_1).assembly
     data = json.loads(invoke("vehicles", "--json"))
-    assert [v["name"] for v in data] == ["TABLE_1", "TABLE_1_PRINTED_LOADS", "HIGH_SPEED_COACH"]
+    assert [v["name"] for v in data] == [v.name for v in railenv.PRESETS]
+    assert data[0]["contact"] == {"law": "cone", "conicity": 0.05}
+
+
+def test_vehicles_tell_their_contact():
+    listed = invoke("vehicles")
+    assert "contact of HIGH_SPEED_COACH_S1002: S1002 on UIC60, inclination 1:40" in listed
+    hollow = invoke("vehicles", "HIGH_SPEED_COACH_HOLLOW")
+    assert "contact_angle" in hollow
+    assert "0.034" in hollow
+    assert "contact of HIGH_SPEED_COACH:" not in invoke("vehicles", "HIGH_SPEED_COACH")
 
 
 @pytest.fixture(scope="module")
@@ -129,6 +139,7 @@ def test_a_file_of_parts_is_shown(parts):
     data = json.loads(invoke("vehicles", parts, "--json"))
     assert data["values"]["conicity"] == 0.05
     assert data["parts"][0]["kind"] == "wheelset"
+    assert data["parts"][0]["contact"] == {"law": "cone", "conicity": "conicity"}
 
 
 def test_warming_is_done_once_and_said(parts):
