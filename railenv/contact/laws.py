@@ -103,11 +103,11 @@ class ContactLaw(Numbered):
 
     def with_numbers(self, values: Mapping[str, Any]) -> Self:
         """Return the law with numbers for all its texts; raises where they do not go together."""
-        return dataclasses.replace(self, **{f: values[f] for f in self.number_fields()})
+        return self.replace(**{f: values[f] for f in self.number_fields()})
 
     def named(self) -> Self:
         """Return the law with each number as the text of its own name."""
-        return dataclasses.replace(self, **{field: field for field in self.number_fields()})
+        return self.replace(**{field: field for field in self.number_fields()})
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the law as plain values, for files."""
