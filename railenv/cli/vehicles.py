@@ -14,12 +14,14 @@ import railenv
 from railenv import vehicles as vehicle_records
 from railenv.cli.common import out, print_json
 from railenv.cli.options import JsonOption
+from railenv.contact.laws import ContactLaw
 from railenv.errors import ParameterError
 from railenv.vehicles import files
 from railenv.vehicles.assembly import Assembly
 from railenv.vehicles.lookup import named
 from railenv.vehicles.vehicle import COMMENTS
 
+_SIDE_BY_SIDE = 3  # vehicles in a table, as many as 80 columns hold
 _NARROW: Any = {"box": box.SIMPLE, "padding": (0, 1, 0, 0), "pad_edge": False}
 """Tables that fit a terminal of 80 columns."""
 
@@ -68,9 +70,13 @@ def vehicles(
         print(_markdown(shown, rows))
         return
     if as_json:
-        print_json([{row.name: getattr(v, row.name) for row in rows} for v in shown])
+        print_json([{row.name: _plain(getattr(v, row.name)) for row in rows} for v in shown])
         return
-    out.print(_comparison(shown, rows) if name is None else _description(shown[0], rows))
+    if name is not None:
+        out.print(_description(shown[0], rows))
+    else:
+        for first in range(0, len(shown), _SIDE_BY_SIDE):
+            out.print(_comparison(shown[first : first + _SIDE_BY_SIDE], rows))
     for v in shown:
         out.print(f"{v.name}: {v.provenance}", markup=False, highlight=False)
 
@@ -82,7 +88,10 @@ def _show_parts(vehicle: Assembly, toml: bool, as_json: bool) -> None:
         return
     if as_json:
         parts = [
-            {"kind": part.kind, **{f.name: getattr(part, f.name) for f in dataclasses.fields(part)}}
+            {
+                "kind": part.kind,
+                **{f.name: _plain(getattr(part, f.name)) for f in dataclasses.fields(part)},
+            }
             for part in vehicle.parts
         ]
         plain = {name: getattr(vehicle, name) for name in files.PLAIN}
@@ -132,8 +141,18 @@ def _comparison(shown: list[railenv.Vehicle], rows: list[vehicle_records.FieldDe
     for v in shown:
         table.add_column(v.name.replace("_", "_\n"), justify="right", no_wrap=True)
     for row in _numeric(rows):
-        table.add_row(row.name, row.unit, *(_written(getattr(v, row.name)) for v in shown))
+        table.add_row(row.name, row.unit, *(_short(getattr(v, row.name)) for v in shown))
     return table
+
+
+def _plain(value: Any) -> Any:
+    """Return a value for JSON: contact laws as files have them."""
+    return value.to_mapping() if isinstance(value, ContactLaw) else value
+
+
+def _short(value: object) -> str:
+    """Return a value for a table of several vehicles, contact laws by their kind only."""
+    return value.kind if isinstance(value, ContactLaw) else _written(value)
 
 
 def _description(vehicle: railenv.Vehicle, rows: list[vehicle_records.FieldDescription]) -> Table:
