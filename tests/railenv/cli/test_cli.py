@@ -322,7 +322,7 @@ def test_every_option_of_every_command_is_explained(command):
         (["critical-speed", "-v", "TABLE_7"], "unknown vehicle: 'TABLE_7' (did you mean 'TABLE_1'?)"),
         (["critical-speed", "--set", "conicty=0.2"], "did you mean 'conicity'?"),
         (["critical-speed", "--set", "conicity"], "it must be name=value"),
-        (["critical-speed", "--set", "conicity=-1"], "conicity is -1; it must be finite and greater"),
+        (["critical-speed", "--set", "conicity=-1"], "conicity of Cone is -1; it must be finite and greater"),
         (["critical-speed", "-r", "0"], "radius is 0 m"),
         (["critical-speed", "-v", "nowhere.toml"], "nowhere.toml"),
         (["simulate", "-s", "100", "--show", "y_w7"], "y_w7"),
