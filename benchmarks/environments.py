@@ -26,7 +26,7 @@ from railenv.threads import usable_threads
 
 _ROOT = Path(__file__).resolve().parent.parent
 
-SPEEDS = {"railenv/Bogie-v0": (60.0, 100.0), "railenv/DualWheelset-v0": (20.0, 30.0)}  # m/s
+SPEEDS = {"railenv/Bogie-v1": (60.0, 100.0), "railenv/DualWheelset-v1": (20.0, 30.0)}  # m/s
 CARTPOLE = "CartPole-v1"
 ENDLESS = 1e6  # s
 LARGEST_STEP = 20e-6  # s
@@ -41,13 +41,21 @@ FRAME_REPETITIONS = 40
 MEMORY_STEPS, MEMORY_DURATION = 1000, 2.0  # steps of all environments; s, so that episodes end twice
 LARGEST_GROWTH = 4.0  # MiB
 EQUIPPED: dict[str, Any] = {"observation": "sensors", "history": 3, "track": "curve"}
-RANDOM = {"conicity": (0.03, 0.07), "friction": (0.2, 0.4), "body_mass": (30e3, 38e3)}
+CONTACTS = {  # vehicles that differ in the contact only
+    "a cone": "HIGH_SPEED_COACH",
+    "a hollow tread": "HIGH_SPEED_COACH_HOLLOW",
+    "profiles": "HIGH_SPEED_COACH_S1002",
+}
+CONTACT_SPEEDS = (60.0, 80.0)  # m/s; the coach on profiles hunts from 85 m/s
+LARGEST_RATIO = 1.2  # of a step on profiles to one on cones
+RANDOM = {"conicity": (0.05, 0.1), "friction": (0.2, 0.4), "body_mass": (30e3, 38e3)}
 
 
 def rows() -> Iterator[Row]:
     """Measure everything of this module."""
     yield from _steps()
     yield from _vectors()
+    yield from _contacts()
     yield from _resets()
     yield from _frames()
     yield from _memory()
@@ -92,9 +100,9 @@ def _steps() -> Iterator[Row]:
         )
 
 
-def _single_case(name: str) -> list[Action]:
+def _single_case(name: str, **keywords: Any) -> list[Action]:
     """Return the steps of an environment, and the integration that they contain."""
-    env = _single(name, tangent_share=0.0)  # on a curve no state decays to zero
+    env = _single(name, tangent_share=0.0, **keywords)  # on a curve no state decays to zero
     env.reset(seed=0)
     action = _zeros(env)
     fleet = env.unwrapped.fleet  # type: ignore[attr-defined]
@@ -143,7 +151,7 @@ def _vectors() -> Iterator[Row]:
         actions.append(partial(sync.step, _zeros(sync)))
     cartpoles = _vector(CARTPOLE, ENVIRONMENTS)
     cartpoles.reset(seed=0)
-    equipped = _vector("railenv/Bogie-v0", ENVIRONMENTS, **EQUIPPED)
+    equipped = _vector("railenv/Bogie-v1", ENVIRONMENTS, **EQUIPPED)
     equipped.reset(seed=0)
     actions += [partial(equipped.step, _zeros(equipped)), _to_and_fro(cartpoles)]
     *times, with_sensors, cartpole = shortest(actions, VECTOR_REPETITIONS)
@@ -151,7 +159,7 @@ def _vectors() -> Iterator[Row]:
         yield from _vector_rows(name, times[5 * i : 5 * i + 5], cartpole)
     rate, plain = _million(with_sensors), _million(times[0])
     yield Row(
-        "vector environment of railenv/Bogie-v0, sensors, history of 3, track that changes",
+        "vector environment of railenv/Bogie-v1, sensors, history of 3, track that changes",
         rate,
         "million steps/s",
         f"shortest of {VECTOR_REPETITIONS}",
@@ -200,6 +208,42 @@ def _vector_rows(name: str, times: list[float], cartpole: float) -> Iterator[Row
     )
 
 
+def _contacts() -> Iterator[Row]:
+    """Steps on each kind of contact beside those on cones, measured in turn."""
+    name = "railenv/Bogie-v1"
+    of_contact = [{"vehicle": v, "speed_range": CONTACT_SPEEDS} for v in CONTACTS.values()]
+    singles = [_single_case(name, **keywords)[0] for keywords in of_contact]
+    vectors = []
+    for keywords in of_contact:
+        env = _vector(name, ENVIRONMENTS, **keywords)
+        env.reset(seed=0)
+        vectors.append(partial(env.step, _zeros(env)))
+    single = shortest(singles, STEP_REPETITIONS)
+    vector = shortest(vectors, VECTOR_REPETITIONS)
+    for kind, alone, many in zip(CONTACTS, single, vector, strict=True):
+        if kind == "a cone":
+            continue
+        yield Row(
+            f"env.step of {name} on {kind}",
+            alone / STEP_CALLS * 1e6,
+            "µs",
+            f"shortest of {STEP_REPETITIONS}",
+            f"on a cone, {with_unit(single[0] / STEP_CALLS, 'µs')}",
+            alone / single[0],
+            f"at most {LARGEST_RATIO:g}",
+            alone <= LARGEST_RATIO * single[0],
+        )
+        yield Row(
+            f"vector environment of {name} on {kind}, {ENVIRONMENTS} environments, "
+            f"{usable_threads()} threads",
+            _million(many),
+            "million steps/s",
+            f"shortest of {VECTOR_REPETITIONS}",
+            f"on a cone, {number(_million(vector[0]))}; the ratio is that of the times",
+            many / vector[0],
+        )
+
+
 def _million(seconds: float, n: int = ENVIRONMENTS) -> float:
     """Return environment steps per second, in millions, of one step of n environments."""
     return 1e-6 * n / seconds
@@ -239,7 +283,7 @@ def _to_and_fro(env: Any) -> Action:
 
 def _resets() -> Iterator[Row]:
     cases: list[tuple[str, dict[str, Any]]] = [(name, {}) for name in SPEEDS]
-    cases.append(("railenv/Bogie-v0", {"randomize": RANDOM}))
+    cases.append(("railenv/Bogie-v1", {"randomize": RANDOM}))
     actions = [_reset_action(name, keywords) for name, keywords in [*cases, (CARTPOLE, {})]]
     *times, (cartpole, _) = processor_times(actions, RESET_REPETITIONS)
     for (name, keywords), (processor, elapsed) in zip(cases, times, strict=True):
@@ -319,7 +363,7 @@ def _memory() -> Iterator[Row]:
     )
     found = json.loads(done.stdout)
     yield Row(
-        f"growth of peak memory, {ENVIRONMENTS} of railenv/Bogie-v0, {MEMORY_STEPS} steps each",
+        f"growth of peak memory, {ENVIRONMENTS} of railenv/Bogie-v1, {MEMORY_STEPS} steps each",
         found["growth"],
         "MiB",
         "one run, after as many steps",
@@ -340,7 +384,7 @@ def _peak() -> float:
 
 def main() -> None:
     """Run a vector environment for long, twice; print how memory grew in the second run as JSON."""
-    env = _vector("railenv/Bogie-v0", ENVIRONMENTS, duration=MEMORY_DURATION)
+    env = _vector("railenv/Bogie-v1", ENVIRONMENTS, duration=MEMORY_DURATION)
     env.reset(seed=0)
     actions = _zeros(env)
     found = {"before": 0.0, "growth": 0.0, "ended": 0.0, "derailed": 0.0}

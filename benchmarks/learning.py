@@ -15,7 +15,7 @@ from typing import Any
 from agents.learning.recipe import Evaluation, recipe
 from benchmarks.table import Row, with_unit
 
-ENVIRONMENT = "railenv/Bogie-v0"
+ENVIRONMENT = "railenv/Bogie-v1"
 ROLLOUTS = 8
 LONGEST = 300.0  # s, for a million steps
 LARGEST_SHARE = 0.25

@@ -24,7 +24,7 @@ from benchmarks.table import Row, number
 ENVIRONMENTS = 1024
 STEPS, TURNS = 100, 25  # of one turn, some 0.1 s; turns of each number of threads
 SMALLEST_GAIN = 1.0  # of a second thread, whatever else the machine does
-_NAME = "railenv/Bogie-v0"
+_NAME = "railenv/Bogie-v1"
 _BUSY = "while True: pass"
 
 

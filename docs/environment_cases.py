@@ -45,7 +45,7 @@ class Case:
     @property
     def id(self) -> str:
         """Name under which Gymnasium knows the environment."""
-        return f"railenv/{self.title}-v0"
+        return f"railenv/{self.title}-v1"
 
     def make(self, **keywords: Any) -> HuntingEnv:
         """Return the environment without wrappers."""
@@ -67,7 +67,7 @@ CASES = (
         "Bogie",
         "bogie",
         ("secondary", "primary", "none"),
-        railenv.Bogie(railenv.HIGH_SPEED_COACH),
+        railenv.Bogie(railenv.HIGH_SPEED_COACH_HOLLOW),
         speed=105.0,
         radius=6500.0,
         cant=0.0873,

@@ -7,10 +7,10 @@ import design
 import railenv
 
 steps = int(sys.argv[1]) if len(sys.argv) > 1 else 300_000
-training = agents.train("ppo", "railenv/Bogie-v0", total_timesteps=steps, seed=0, progress=True)
+training = agents.train("ppo", "railenv/Bogie-v1", total_timesteps=steps, seed=0, progress=True)
 training.policy.save("policy.npz")
 
-vehicle = railenv.Equipped(railenv.Bogie(railenv.HIGH_SPEED_COACH), "secondary")
+vehicle = railenv.Equipped(railenv.Bogie(railenv.HIGH_SPEED_COACH_HOLLOW), "secondary")
 print(training)
 print("without control:", design.critical_speed(vehicle))
 print("with the policy:", design.critical_speed(vehicle, controller=training.policy))

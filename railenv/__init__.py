@@ -157,9 +157,11 @@ def _register() -> None:
     """Register the environments with Gymnasium; they load on first use."""
     from gymnasium.envs.registration import register
 
-    for name in ("Bogie", "DualWheelset"):
+    for name, before in (("Bogie", "bogie_v0"), ("DualWheelset", "dual_wheelset_v0")):
+        gone = f"railenv.envs.gone:{before}"
+        register(f"railenv/{name}-v0", entry_point=gone, vector_entry_point=gone)
         register(
-            f"railenv/{name}-v0",
+            f"railenv/{name}-v1",
             entry_point=f"railenv.envs.environment:{name}Env",
             vector_entry_point=f"railenv.envs.vector:{name}VectorEnv",
         )

@@ -183,7 +183,10 @@ class Equipped(Model):
             "N_ACTUATORS": len(e.mounts),
             "N_SENSED": len(e.sensed),
             "N_FORCES": len(e.wheelsets),
-            "GUIDED": tuple((x(g.y), x(g.psi), x(g.dy)) for g in self.guided),
+            "GUIDED": tuple(
+                (*map(x, (g.y, g.psi, g.dy)), *(x(n) if n else -1 for n in (g.z, g.phi)))
+                for g in self.guided
+            ),
             "RAILS": tuple(tuple(map(u, g.rails)) or (-1, -1, -1) for g in self.guided),
         }
 

@@ -6,6 +6,7 @@ A :class:`railenv.Model` made from equations of your own is used in the same way
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping
 from functools import cache
 from typing import Any, Self
@@ -125,24 +126,30 @@ class Assembled(Model):
         found = []
         assembly = self.equations.assembly
         for w in assembly.with_numbers(self._values).wheelsets:
-            law = self.contact_law(w.name)
+            laws = self._contact_laws(w.name)
             found.append(
                 Guided(
                     name=w.name,
                     x=float(w.x),
-                    clearance=float(w.flange_clearance)
-                    if law.flange_clearance is None
-                    else law.flange_clearance,
+                    clearance=_clearance(laws, float(w.flange_clearance)),
                     half_gauge=float(w.half_gauge),
                     wheel_radius=float(w.wheel_radius),
-                    conicity=law.linear(KINEMATIC_AMPLITUDE).conicity,
+                    conicity=laws[0].linear(KINEMATIC_AMPLITUDE).conicity,
                     y=f"y_{w.name}",
                     psi=f"psi_{w.name}",
                     dy=f"dy_{w.name}",
                     rails=irregularity_names([w.name]),
+                    z=f"z_{w.name}",
+                    phi=f"phi_{w.name}",
+                    laws=laws,
+                    friction=float(w.friction),
                 )
             )
         return tuple(found)
+
+    def _contact_laws(self, wheelset: str) -> tuple[ContactLaw, ContactLaw]:
+        """Return the contact laws of a wheelset's left and right wheel, with their numbers."""
+        return self._given.contact_laws(wheelset)
 
     def contact_law(self, wheelset: str) -> ContactLaw:
         """Return the contact law of a wheelset's left wheel, with its numbers."""
@@ -232,12 +239,22 @@ class _VehicleModel(Assembled):
 
     def contact_law(self, wheelset: str) -> ContactLaw:
         """Return the contact law of a wheelset's left wheel, with its numbers."""
+        return self._contact_laws(wheelset)[0]
+
+    def _contact_laws(self, wheelset: str) -> tuple[ContactLaw, ContactLaw]:
         law: Any = self.vehicle.contact
-        return law
+        return law, law
 
     def replace(self, **changes: Any) -> Self:
         """Return the same model with some fields of its vehicle changed."""
         return type(self)(self.vehicle.replace(**changes))
+
+
+def _clearance(laws: tuple[ContactLaw, ContactLaw], given: float) -> float:
+    """Return the way (m) up to the first flange; where no profile has one, what is given."""
+    ways = [law.flange_clearance for law in laws]
+    known = [way for way in ways if way is not None and math.isfinite(way)]
+    return min(known, default=given)
 
 
 _LOAD = "(wheelset_mass + (frame_mass + body_mass / 2) / 2) * gravity / 2"

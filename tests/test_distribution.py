@@ -259,7 +259,7 @@ def controllers() -> None:
     regulator = agents.LQR.design(coach, speed=160.0)
     margins: design.Margins = design.margins(coach, regulator, speed=130.0)
     evaluation: agents.Evaluation = agents.evaluate(Damper(), coach)
-    environment = gymnasium.make("railenv/Bogie-v0")
+    environment = gymnasium.make("railenv/Bogie-v1")
     print(margins, evaluation, environment)
 
 

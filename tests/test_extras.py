@@ -48,7 +48,7 @@ def run(code, folder):
 
 def test_what_needs_no_extra_works(tmp_path, coach):
     policy(agents.equipped(coach)).save(tmp_path / "policy.npz")
-    (tmp_path / "recipe.json").write_text('{"railenv/Bogie-v0": {"n_timesteps": 100}}')
+    (tmp_path / "recipe.json").write_text('{"railenv/Bogie-v1": {"n_timesteps": 100}}')
     printed = run(
         """
         import gymnasium, numpy as np
@@ -61,18 +61,18 @@ def test_what_needs_no_extra_works(tmp_path, coach):
         print(design.critical_speed(coach))
         plant = agents.equipped(coach)
         print(design.critical_speed(plant, controller=agents.shipped("passive")))
-        env = gymnasium.make("railenv/Bogie-v0", observation="sensors")
+        env = gymnasium.make("railenv/Bogie-v1", observation="sensors")
         observation, info = env.reset(seed=1)
         for controller in (agents.shipped("output-feedback"), agents.load("policy.npz")):
             controller.reset()
             print(env.step(controller.act(observation))[0].shape)
-        envs = gymnasium.make_vec("railenv/Bogie-v0", num_envs=3)
+        envs = gymnasium.make_vec("railenv/Bogie-v1", num_envs=3)
         print(envs.reset(seed=1)[0].shape)
         axes = {"radius": [2000.0, 8000.0], "conicity": [0.05, 0.1]}
         chart = design.stability_map(coach, axes, cant=0.05, n_jobs=1)
         print(chart.critical_speed.shape)
         chart.plot()
-        print(recipe("ppo", "railenv/Bogie-v0", config="recipe.json").n_timesteps)
+        print(recipe("ppo", "railenv/Bogie-v1", config="recipe.json").n_timesteps)
         for command in (["critical-speed"], ["vehicles", "TABLE_1", "--toml"], ["train", "--help"]):
             print(CliRunner().invoke(cli.app, command).exit_code)
         print([name for name in HIDDEN if name in sys.modules])
@@ -95,11 +95,11 @@ def test_what_needs_no_extra_works(tmp_path, coach):
 
 
 def test_what_needs_an_extra_names_it(tmp_path):
-    (tmp_path / "recipe.json").write_text('{"railenv/Bogie-v0": {"n_timesteps": 100}}')
+    (tmp_path / "recipe.json").write_text('{"railenv/Bogie-v1": {"n_timesteps": 100}}')
     tries = {
         "importlib.import_module('agents.learning.sb3')": "rl",
-        "agents.train('ppo', 'railenv/Bogie-v0')": "rl",
-        "agents.train('ppo', 'railenv/Bogie-v0', config='recipe.json')": "rl",
+        "agents.train('ppo', 'railenv/Bogie-v1')": "rl",
+        "agents.train('ppo', 'railenv/Bogie-v1', config='recipe.json')": "rl",
         "agents.resume('nowhere')": "rl",
         "agents.search_policy(agents.equipped(coach), agents.shipped('yaw-rate'))": "rl",
         "agents.LearnedPolicy.from_sb3('model.zip', None, None)": "rl",
@@ -115,7 +115,7 @@ def test_what_needs_an_extra_names_it(tmp_path):
         coach = railenv.Bogie(railenv.HIGH_SPEED_COACH)
         axes = {{"radius": [6e3, 8e3], "conicity": [0.05, 0.1]}}
         chart = design.stability_map(coach, axes, n_jobs=1)
-        env = gymnasium.make("railenv/Bogie-v0", render_mode="rgb_array").unwrapped
+        env = gymnasium.make("railenv/Bogie-v1", render_mode="rgb_array").unwrapped
         env.reset()
         for attempt in {list(tries)}:
             try:

@@ -25,7 +25,7 @@ from railenv.vehicles.lookup import named
 Algorithm = Literal["ppo", "sac", "td3"]
 Criterion = Literal["return", "critical_speed", "robust_critical_speed"]
 
-ENVIRONMENTS = {"railenv/Bogie-v0": "secondary", "railenv/DualWheelset-v0": "primary"}
+ENVIRONMENTS = {"railenv/Bogie-v1": "secondary", "railenv/DualWheelset-v1": "primary"}
 """Environments that policies can be trained in, with the place of the actuators unless told."""
 
 _ACTUATORS = {"secondary": Actuator.secondary, "primary": Actuator.primary}
@@ -112,7 +112,7 @@ class Recipe:
     ----------
     algorithm : {"ppo", "sac", "td3"}
     env_id : str
-        ``"railenv/Bogie-v0"`` or ``"railenv/DualWheelset-v0"``.
+        ``"railenv/Bogie-v1"`` or ``"railenv/DualWheelset-v1"``.
     n_timesteps : int
         Environment steps.
     seed : int

@@ -4,7 +4,7 @@ Needs the extra ``rl``.
 
 >>> from stable_baselines3 import PPO
 >>> from agents.learning.sb3 import HuntingVecEnv
->>> env = HuntingVecEnv.make("railenv/Bogie-v0", num_envs=64, observation="sensors", history=3)
+>>> env = HuntingVecEnv.make("railenv/Bogie-v1", num_envs=64, observation="sensors", history=3)
 >>> model = PPO("MlpPolicy", env, n_steps=256, batch_size=2048, device="cpu")
 """
 
@@ -113,7 +113,7 @@ class HuntingVecEnv(VecEnv):
         Parameters
         ----------
         id : str
-            ``"railenv/Bogie-v0"`` or ``"railenv/DualWheelset-v0"``.
+            ``"railenv/Bogie-v1"`` or ``"railenv/DualWheelset-v1"``.
         num_envs : int
         seed : int, optional
             Environment i starts from ``seed + i`` at the first reset.

@@ -87,7 +87,7 @@ def train(
     ----------
     algorithm : {"ppo", "sac", "td3"}
     env_id : str
-        ``"railenv/Bogie-v0"`` or ``"railenv/DualWheelset-v0"``.
+        ``"railenv/Bogie-v1"`` or ``"railenv/DualWheelset-v1"``.
     total_timesteps : int, optional
         Environment steps; those of the recipe when left out.
     seed : int, optional

@@ -26,7 +26,7 @@ from railenv.envs.episodes import RUNNING
 from railenv.envs.settings import RANDOMIZABLE, RewardWeights, Settings
 
 _FOLDER = Path(tempfile.mkdtemp(prefix="railenv-fuzz-"))
-IDS = ("railenv/Bogie-v0", "railenv/DualWheelset-v0")
+IDS = ("railenv/Bogie-v1", "railenv/DualWheelset-v1")
 
 # --------------------------------------------------------------------------- environments
 
@@ -38,6 +38,10 @@ def _pairs(low: float, high: float) -> st.SearchStrategy[Any]:
 
 _SETTINGS: dict[str, st.SearchStrategy[Any]] = {
     "vehicle": rarely(values.vehicles(), ANYTHING),
+    "contact": rarely(
+        st.sampled_from([None, railenv.Cone(0.1), railenv.HollowTread(0.2, 0.03, 0.3)]), ANYTHING
+    ),
+    "nadal_limit": rarely(st.sampled_from([0.8, 1.2, "contact angle"]), ANYTHING),
     "model": rarely(st.one_of(st.none(), values.MODELS), ANYTHING),
     "actuator": rarely(st.sampled_from(["secondary", "primary", "none"]), ANYTHING),
     "observation": rarely(st.sampled_from(["state", "sensors"]), ANYTHING),
@@ -147,7 +151,7 @@ def _vectors(example: dict[str, Any]) -> None:
 
 
 def _new_vector(example: dict[str, Any]) -> None:
-    env = gymnasium.make_vec("railenv/Bogie-v0", vectorization_mode="vector_entry_point", **example)
+    env = gymnasium.make_vec("railenv/Bogie-v1", vectorization_mode="vector_entry_point", **example)
     observation, _ = env.reset(seed=1)
     assert observation in env.observation_space
 

@@ -24,7 +24,7 @@ _SETTINGS: dict[str, Any] = {
     "track": "curve",
     "irregularity": "low",
     "irregularity_factor": (0.0, 3.0),
-    "randomize": {"conicity": (0.03, 0.3), "friction": (0.15, 0.5)},
+    "randomize": {"conicity": (0.05, 0.3), "friction": (0.15, 0.5)},
     "speed_range": (40.0, 140.0),
     "duration": 20.0,
 }
@@ -73,7 +73,7 @@ def resident() -> float:
 
 def single(duration: float) -> Soak:
     """Run one vehicle for a time (s), with random actions, from episode to episode."""
-    env: Any = gymnasium.make("railenv/Bogie-v0", disable_env_checker=True, **_SETTINGS).unwrapped
+    env: Any = gymnasium.make("railenv/Bogie-v1", disable_env_checker=True, **_SETTINGS).unwrapped
     rng = np.random.default_rng(1)
     env.reset(seed=1)
     episodes = derailed = 0
@@ -94,7 +94,7 @@ def single(duration: float) -> Soak:
 
 def vector(duration: float) -> Soak:
     """Run several vehicles side by side for a time (s) each."""
-    envs: Any = gymnasium.make_vec("railenv/Bogie-v0", num_envs=VEHICLES, **_SETTINGS)
+    envs: Any = gymnasium.make_vec("railenv/Bogie-v1", num_envs=VEHICLES, **_SETTINGS)
     rng = np.random.default_rng(2)
     envs.reset(seed=2)
     episodes = derailed = 0

@@ -22,8 +22,8 @@ def train(
         str | None, typer.Argument(help="ppo, sac or td3; not needed with --resume.")
     ] = None,
     environment: Annotated[
-        str, typer.Argument(help="railenv/Bogie-v0 or railenv/DualWheelset-v0.")
-    ] = "railenv/Bogie-v0",
+        str, typer.Argument(help="railenv/Bogie-v1 or railenv/DualWheelset-v1.")
+    ] = "railenv/Bogie-v1",
     directory: Annotated[
         Path, typer.Option("--out", help="Directory of the run; new or empty unless resumed.")
     ] = Path("results/training"),

@@ -23,6 +23,7 @@ from railenv.vehicles.assembly import Assembly
 from railenv.vehicles.lookup import named
 from railenv.vehicles.vehicle import COMMENTS
 
+_SIDE_BY_SIDE = 3  # vehicles in a table, as many as 80 columns hold
 _NARROW: Any = {"box": box.SIMPLE, "padding": (0, 1, 0, 0), "pad_edge": False}
 """Tables that fit a terminal of 80 columns."""
 
@@ -147,8 +148,13 @@ def _comparison(shown: list[railenv.Vehicle], rows: list[vehicle_records.FieldDe
     for v in shown:
         table.add_column(v.name.replace("_", "_\n"), justify="right", no_wrap=True)
     for row in _numeric(rows):
-        table.add_row(row.name, row.unit, *(_written(getattr(v, row.name)) for v in shown))
+        table.add_row(row.name, row.unit, *(_short(getattr(v, row.name)) for v in shown))
     return table
+
+
+def _short(value: object) -> str:
+    """Return a value for a table of several vehicles, contact laws by their kind only."""
+    return value.kind if isinstance(value, ContactLaw) else _written(value)
 
 
 def _description(vehicle: railenv.Vehicle, rows: list[vehicle_records.FieldDescription]) -> Table:

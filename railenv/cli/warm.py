@@ -133,7 +133,7 @@ def _environment(model: railenv.Equipped, count: int) -> None:
     """Call what an environment calls, or with a count that many in lanes."""
     import gymnasium
 
-    name = "railenv/Bogie-v0"  # with a model of its own it is any vehicle
+    name = "railenv/Bogie-v1"  # with a model of its own it is any vehicle
     keywords: dict[str, Any] = {"model": model, "speed_range": (_SPEED, _SPEED), "tangent_share": 1.0}
     if count:
         environments: Any = gymnasium.make_vec(

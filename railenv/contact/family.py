@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from railenv.contact.laws import ContactLaw, LinearContact
-from railenv.contact.pair import FLANGE_SLOPE, ProfilePair
+from railenv.contact.pair import FLANGE_SLOPE, ProfilePair, flange_top
 from railenv.equations import shapes
 from railenv.errors import ParameterError, shown
 from railenv.fields import Number, number
@@ -99,6 +99,14 @@ class ProfileFamily(ContactLaw):
         eta, slope = self._slopes
         on = np.flatnonzero(slope >= FLANGE_SLOPE)
         return float(eta[on[0]]) if on.size else math.inf
+
+    @property
+    def flange_top(self) -> tuple[float, float] | None:
+        """Shift and lift (m) behind which the flange is less steep again; None without a flange."""
+        if not math.isfinite(self.flange_clearance):
+            return None
+        shift = flange_top(*self._slopes)
+        return shift, float(self._between(self.new.height(shift), self.worn.height(shift)))
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the family as plain values, for files."""

@@ -69,6 +69,11 @@ class ContactLaw(Numbered):
         """Largest contact angle (rad), of laws that have a flange."""
         return None
 
+    @property
+    def flange_top(self) -> tuple[float, float] | None:
+        """Shift and lift (m) behind which the flange is less steep again, of laws with one."""
+        return None
+
     def linear(self, amplitude: float = 0.0) -> LinearContact:
         """Return conicity, contact angle and its rate, for motions of an amplitude (m)."""
         raise NotImplementedError
@@ -85,7 +90,8 @@ class ContactLaw(Numbered):
         """
         names = [f.name for f in dataclasses.fields(self)]
         checks.known(f"field of {self.called}", changes, names)
-        return dataclasses.replace(self, **changes)
+        # a copy would look for the contacts of profiles again
+        return dataclasses.replace(self, **changes) if changes else self
 
     def has_table(self, field: str) -> bool:
         """Whether there is a table of this name: a law has all of them."""
@@ -97,11 +103,11 @@ class ContactLaw(Numbered):
 
     def with_numbers(self, values: Mapping[str, Any]) -> Self:
         """Return the law with numbers for all its texts; raises where they do not go together."""
-        return dataclasses.replace(self, **{f: values[f] for f in self.number_fields()})
+        return self.replace(**{f: values[f] for f in self.number_fields()})
 
     def named(self) -> Self:
         """Return the law with each number as the text of its own name."""
-        return dataclasses.replace(self, **{field: field for field in self.number_fields()})
+        return self.replace(**{field: field for field in self.number_fields()})
 
     @classmethod
     def from_mapping(cls, fields: Mapping[str, Any]) -> Self:

@@ -57,6 +57,9 @@ FLANGE_SLOPE = 0.5
 _NEWTON_STEPS = 6
 _BLEND = 0.02  # of the tangent, within which a rail begins to give way
 _ONWARDS = 0.05  # least change of the shift over that of the contact, on a rail that yields
+STEEP = 0.98
+"""Share of the largest slope down to which a flange counts as at its steepest."""
+
 _END = 5e-4  # m; contact nearer to the end of a profile's points is not trusted
 _FLANGE_DROP = 6e-3  # m below the tape circle, where no tread is
 _RIGID_STEP = 1e-5  # m
@@ -338,6 +341,15 @@ class ProfilePair(ContactLaw):
         k = int(on[0])
         return float(np.interp(FLANGE_SLOPE, slope[k - 1 : k + 1], eta[k - 1 : k + 1]))
 
+    @cached_property
+    def flange_top(self) -> tuple[float, float] | None:
+        """Shift and lift (m) behind which the flange is less steep again; None without a flange."""
+        if not math.isfinite(self.flange_clearance):
+            return None
+        eta = self.tables.eta[self.tables.eta >= 0.0]
+        shift = flange_top(eta, np.tan(self.angle(eta)))
+        return shift, float(self.height(shift))
+
     # ---------------------------------------------------------------------- of the wheelset
 
     def rolling_radius_difference(self, y: ArrayLike) -> Any:
@@ -542,6 +554,11 @@ def _way(slope: Array) -> tuple[Array, Array, Array]:
     way = 0.5 * (beyond + root)
     stored = 0.25 * (beyond * (beyond + root) + _BLEND**2 * np.arcsinh(beyond / _BLEND))
     return way, 0.5 * (1.0 + beyond / root), slope * way - stored
+
+
+def flange_top(eta: Array, slope: Array) -> float:
+    """Return the last shift at which the contact is about as steep as anywhere."""
+    return float(eta[np.flatnonzero(slope >= STEEP * slope.max())[-1]])
 
 
 def profile_of(value: Any, kind: Kind) -> Profile:

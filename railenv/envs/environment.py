@@ -178,9 +178,9 @@ class BogieEnv(HuntingEnv):
     ## Description
 
     A bogie of 12 degrees of freedom runs at constant speed on tangent or curved track. Above its
-    critical speed (116 m/s on tangent track for the default vehicle, less on curves) it hunts: the
-    wheelsets oscillate from flange to flange. The controller commands the yaw moment between bogie
-    frame and vehicle body, through a transport delay and the lag of real actuators.
+    critical speed (114 m/s on tangent track for the default vehicle, less on curves and on worn wheels)
+    it hunts: the wheelsets oscillate from flange to flange. The controller commands the yaw moment
+    between bogie frame and vehicle body, through a transport delay and the lag of real actuators.
 
     x points forward, y to the left, z up; phi is roll, psi is yaw. A positive curvature is the curve
     whose outer rail is the left one. SI units throughout.
@@ -220,29 +220,37 @@ class BogieEnv(HuntingEnv):
     The running equilibrium, all bodies moved sideways by up to ``initial_offset``. Speed and cant are
     drawn from their ranges, then the curvature such that cant deficiency stays within
     ``max_cant_deficiency``; a quarter of the episodes are on tangent track. ``reset(options=...)`` pins
-    ``speed``, ``radius``, ``cant``, ``offset``, ``irregularity_factor``, ``conicity``, ``friction``,
-    ``creep_factor`` or ``body_mass``; what cannot be raises.
+    ``speed``, ``radius``, ``cant``, ``offset``, ``irregularity_factor``, ``friction``,
+    ``creep_factor``, ``body_mass`` or a number of the vehicle's contact law (``conicity``,
+    ``contact_angle``, ``rail_profile_radius`` of the default's hollow tread); what cannot be raises.
 
     ## Episode End
 
-    Terminated on derailment only, with the reason in ``info["derailed"]``: Nadal's ratio above 0.8 (the
-    mean over 2 m of a wheel's guiding force Y over that of its load Q), a wheel without load for 2 m,
-    or a wheelset more than 30 mm off the track's centre. Truncated after ``duration``. The last
-    ``info`` carries ``episode_metrics``.
+    Terminated on derailment only, with the reason in ``info["derailed"]``: Nadal's ratio (the mean
+    over 2 m of a wheel's guiding force Y over that of its load Q) above ``nadal_limit``, a wheel
+    without load for 2 m, a wheelset more than 30 mm off the track's centre, or, on profiles, a wheel
+    that has climbed beyond the steepest part of its flange, where nothing holds it any more. Truncated
+    after ``duration``. The last ``info`` carries ``episode_metrics``.
+
+    ``nadal_limit`` is 0.8, or ``"contact angle"`` for Nadal's own ``(tan g - mu) / (1 + mu tan g)``, g
+    the largest contact angle of the flange and mu the friction of the episode. Only profiles
+    (``ProfilePair``, ``ProfileFamily``) have such an angle; with the others it raises.
 
     ## Arguments
 
     All fields of :class:`railenv.envs.settings.Settings`, for instance:
 
     >>> import gymnasium, railenv
-    >>> env = gymnasium.make("railenv/Bogie-v0", observation="sensors", speed_range=(100, 140))
+    >>> env = gymnasium.make("railenv/Bogie-v1", observation="sensors", speed_range=(100, 140))
     >>> observation, info = env.reset(seed=1, options={"radius": float("inf")})
     >>> observation.shape
     (4,)
 
     ## Version History
 
-    - v0: first version.
+    - v1: wheel and rail touch as one function of height says, whatever the contact law; the default
+      vehicle is the coach on hollow treads, whose conicity and contact angle go together.
+    - v0: first version, on the printed contact. It is gone.
     """
 
     plant = "bogie"
@@ -252,12 +260,12 @@ class DualWheelsetEnv(HuntingEnv):
     """Two wheelsets on a frame at rest, with a yaw actuator at each; Table 1 of the paper.
 
     Everything is as in :class:`BogieEnv`, with these differences: the vehicle has 8 degrees of freedom
-    and hunts from 35 m/s on tangent track; actuators are ``"primary"`` (two, 5 kN m each) or
+    and hunts from 34 m/s on tangent track; actuators are ``"primary"`` (two, 5 kN m each) or
     ``"none"``; the sensors are an accelerometer and a gyro on each axle; the ride term takes the larger
     of both axles' accelerations; the default speeds are 20 to 60 m/s.
 
     >>> import gymnasium, railenv
-    >>> env = gymnasium.make("railenv/DualWheelset-v0", actuator="none")
+    >>> env = gymnasium.make("railenv/DualWheelset-v1", actuator="none")
     >>> env.action_space
     Discrete(1)
     """

@@ -88,13 +88,14 @@ def draw(settings: Settings, rng: np.random.Generator, pinned: Mapping[str, Any]
     ParameterError
         If pinned quantities are impossible, alone or together.
     """
-    checks.known("option", pinned, [*RUNNING, *settings.variable])
+    checks.known(settings.told("option"), pinned, [*RUNNING, *settings.variable])
     u = rng.random(_DRAWS)
     biases = rng.standard_normal(max(4, 2 * len(settings.equipped.sensed)))
     noise_seed = int(rng.integers(2**63))
-    further = rng.random(max(0, len(settings.variable) - len(RANDOMIZABLE)))
+    others = [name for name in settings.variable if name not in RANDOMIZABLE]
+    uniform = dict(zip((*RANDOMIZABLE, *others), (*u[8:12], *rng.random(len(others))), strict=True))
     speed, curvature, cant = _running(settings, u, pinned)
-    plant, numbers = _plant(settings, np.concatenate([u[8:12], further]), pinned)
+    plant, numbers = _plant(settings, uniform, pinned)
     factor = _between(settings.irregularity_factor, u[5])
     if "irregularity_factor" in pinned:
         factor = checks.number("irregularity_factor", pinned["irregularity_factor"], low=0.0)
@@ -180,12 +181,12 @@ def _impossible(settings: Settings, pinned: Mapping[str, Any]) -> ParameterError
 
 
 def _plant(
-    settings: Settings, u: NDArray[np.float64], pinned: Mapping[str, Any]
+    settings: Settings, u: Mapping[str, float], pinned: Mapping[str, Any]
 ) -> tuple[Model, dict[str, float]]:
     """Return the vehicle of an episode, and its numbers that may vary."""
     values = {
-        name: _between(settings.randomize[name], u[i])
-        for i, name in enumerate(settings.variable)
+        name: _between(settings.randomize[name], u[name])
+        for name in settings.variable
         if name in settings.randomize
     }
     values |= {name: pinned[name] for name in settings.variable if name in pinned}

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railenv import checks, irregularity
+from railenv.envs.derailment import flange_tops, nadal_limits
 from railenv.envs.episodes import Episode, draw
 from railenv.envs.metrics import CFR_LIMIT
 from railenv.envs.observation import Reading, delay_slots, observation_table
@@ -35,9 +36,10 @@ BOUND = 10.0
 
 REASONS = (
     "",
-    "Nadal: Y/Q above 0.8 over 2 m",
+    "Nadal: Y/Q above its limit over 2 m",
     "wheel lift over 2 m",
     "lateral displacement above 30 mm",
+    "flange climbed onto the rail",
 )
 """Why an episode ended in a derailment, by the kernel's number."""
 
@@ -297,6 +299,11 @@ class Fleet:
         for row, g in enumerate(self._guided if plant is model.plant else plant.guided):
             e[k.E_CLEARANCE + row], e[k.E_AHEAD + row] = g.clearance, g.x
             e[k.E_WAVENUMBER + row] = 2.0 * math.pi / g.wavelength
+            e[k.E_RADIUS + row], e[k.E_GAUGE + row] = g.wheel_radius, g.half_gauge
+            e[k.E_TOP + 4 * row : k.E_TOP + 4 * row + 4] = flange_tops(g)
+            if k.N_FORCES:  # of all wheelsets or of none
+                limits = nadal_limits(self.settings.nadal_limit, g)
+                e[k.E_NADAL + 2 * row : k.E_NADAL + 2 * row + 2] = limits
         e[k.E_LIMIT : k.E_BIAS] = model.limits
         spread = (model.sensors.accelerometer_bias, model.sensors.gyro_bias)
         readings = 2 * len(model.sensed)

@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal, get_args
 
 from railenv import checks
+from railenv.contact.given import contact_law
+from railenv.contact.laws import ContactLaw
+from railenv.envs.derailment import CONTACT_ANGLE, nadal_limits
 from railenv.envs.observation import Observation
 from railenv.equipment import PLACES, Actuator, Equipped, Place, Sensors
 from railenv.errors import ParameterError, shown
 from railenv.irregularity import Level
 from railenv.model import Model
 from railenv.models import Assembled, Bogie, DualWheelset
-from railenv.vehicles import HIGH_SPEED_COACH, TABLE_1, Vehicle
+from railenv.vehicles import HIGH_SPEED_COACH_HOLLOW, TABLE_1, Vehicle
 from railenv.vehicles.assembly import Assembly
+from railenv.vehicles.vehicle import preset
 
 TrackPlan = Literal["constant", "curve"]
 
@@ -24,7 +29,11 @@ LOWEST_SPEED = 5.0
 """m/s, below which no episode runs: the window of Nadal's criterion could not hold 2 m of track."""
 
 RANDOMIZABLE = ("conicity", "friction", "creep_factor", "body_mass")
-"""What ``randomize`` may vary; ``creep_factor`` multiplies all four creep coefficients."""
+"""What ``randomize`` may vary of a vehicle on cones or hollow treads, the first of its numbers.
+
+``creep_factor`` multiplies all four creep coefficients. Other contact laws have other numbers in the
+place of ``conicity``, or none.
+"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,8 +73,12 @@ class Settings:
     ----------
     plant : {"bogie", "dual_wheelset"}
         Set by the environment's id.
-    vehicle : Vehicle or Assembly
-        An assembly is a vehicle of its own, not one of the environment's kind.
+    vehicle : Vehicle, Assembly or str
+        Or the name of a shipped vehicle (``"HIGH_SPEED_COACH_S1002"``). An assembly is a vehicle of its
+        own, not one of the environment's kind.
+    contact : ContactLaw or mapping, optional
+        Another contact law for the vehicle, short for ``vehicle.replace(contact=...)``; as a mapping,
+        with its kind as ``law`` (``{"law": "cone", "conicity": 0.2}``).
     model : Model, optional
         Instead of a vehicle: any model that says what its bodies are, or a :class:`railenv.Equipped`
         with its own actuators and sensors.
@@ -94,8 +107,13 @@ class Settings:
     irregularity_factor : (float, float)
         Range of the factor on it.
     randomize : mapping of str to (float, float)
-        Ranges from which numbers of the vehicle are drawn: ``conicity``, ``friction``,
-        ``creep_factor``, ``body_mass``, or with an assembly or a model any of its parameters.
+        Ranges from which numbers of the vehicle are drawn: ``friction``, ``creep_factor`` (on all creep
+        coefficients), ``body_mass`` (kg) and every number of its contact law, such as ``conicity`` of a
+        cone or a hollow tread, ``contact_angle`` or ``wear``; with an assembly or a model any of its
+        parameters.
+    nadal_limit : float or "contact angle"
+        The Y/Q over 2 m above which a wheel counts as derailed. ``"contact angle"``: Nadal's limit for
+        the flange of the vehicle's profiles and the friction of the episode.
     initial_offset : float
         m; an episode starts with all bodies moved sideways by up to this, either way.
     duration : float
@@ -109,6 +127,7 @@ class Settings:
 
     plant: Literal["bogie", "dual_wheelset"]
     vehicle: Vehicle | Assembly
+    contact: ContactLaw | None = None
     model: Model | None = None
     actuator: Place | None
     actuator_model: Actuator | None = None
@@ -124,6 +143,7 @@ class Settings:
     irregularity: Level | None = None
     irregularity_factor: tuple[float, float] = (1.0, 1.0)
     randomize: Mapping[str, tuple[float, float]] = dataclasses.field(default_factory=dict)
+    nadal_limit: float | Literal["contact angle"] = 0.8
     initial_offset: float = 0.003
     duration: float = 10.0
     control_period: float = 0.005
@@ -132,12 +152,7 @@ class Settings:
     critical_speed: float | None = None
 
     def __post_init__(self) -> None:
-        if not isinstance(self.vehicle, (Vehicle, Assembly)):
-            raise ParameterError(
-                f"vehicle is {shown(self.vehicle)}; it must be a railenv.Vehicle or railenv.Assembly"
-            )
-        if not (self.model is None or isinstance(self.model, Model)):
-            raise ParameterError(f"model is {shown(self.model)}; it must be a railenv.Model")
+        self._resolve_vehicle()
         for name in ("actuator", "observation", "track", "irregularity"):
             value = getattr(self, name)
             optional = name in ("actuator", "irregularity")
@@ -158,11 +173,9 @@ class Settings:
         self._range("irregularity_factor", low=0.0)
         if not isinstance(self.randomize, Mapping):
             raise ParameterError(f"randomize is {shown(self.randomize)}; it must map names to ranges")
-        checks.known("name in randomize", self.randomize, self.randomizable)
-        for name in self.randomize:
-            ends = checks.interval(f"randomize[{name!r}]", self.randomize[name])
-            for end in ends:
-                self.equipped.plant.replace(**{name: end})  # raises where it could not have that
+        checks.known(self.told("name in randomize"), self.randomize, self.randomizable)
+        self._check_ranges()
+        self._check_nadal_limit()
         if self.critical_speed is not None:
             checks.speed(self.critical_speed, "critical_speed")
         for name, unit in (("max_cant_deficiency", "m"), ("min_radius", "m"), ("duration", "s")):
@@ -180,6 +193,52 @@ class Settings:
             )
         if not isinstance(self.weights, RewardWeights):
             raise ParameterError(f"weights is {shown(self.weights)}; it must be RewardWeights")
+
+    def _resolve_vehicle(self) -> None:
+        """Check vehicle and model; replace the name of a vehicle by it, and its contact law."""
+        vehicle: Any = self.vehicle
+        if isinstance(vehicle, str):
+            vehicle = preset(vehicle)
+        if not isinstance(vehicle, (Vehicle, Assembly)):
+            raise ParameterError(
+                f"vehicle is {shown(vehicle)}; it must be a railenv.Vehicle, a railenv.Assembly or "
+                "the name of a shipped vehicle"
+            )
+        if not (self.model is None or isinstance(self.model, Model)):
+            raise ParameterError(f"model is {shown(self.model)}; it must be a railenv.Model")
+        if self.contact is not None:
+            if self.model is not None or isinstance(vehicle, Assembly):
+                raise ParameterError(
+                    "contact is given with a model or an assembly; it belongs to a Vehicle, and "
+                    "the wheelsets of an assembly have their own"
+                )
+            law = contact_law(self.contact)
+            object.__setattr__(self, "contact", law)
+            vehicle = vehicle.replace(contact=law)
+        object.__setattr__(self, "vehicle", vehicle)
+
+    def _check_ranges(self) -> None:
+        """Raise where the vehicle could not have what may be drawn."""
+        plant = self.equipped.plant
+        ends = {n: checks.interval(f"randomize[{n!r}]", self.randomize[n]) for n in self.randomize}
+        for name, limits in ends.items():
+            for end in limits:
+                if name not in self._of_contact:
+                    plant.replace(**{name: end})
+        # numbers of a contact law bound each other
+        together = [name for name in ends if name in self._of_contact]
+        for corner in itertools.product(*(ends[name] for name in together)):
+            plant.replace(**dict(zip(together, corner, strict=True)))
+
+    def _check_nadal_limit(self) -> None:
+        """Raise unless Nadal's limit is a number or can be taken from the flanges."""
+        if not isinstance(self.nadal_limit, str):
+            number = checks.number("nadal_limit", self.nadal_limit, low=0.0, open_low=True)
+            object.__setattr__(self, "nadal_limit", number)
+            return
+        checks.choice("nadal_limit", self.nadal_limit, [CONTACT_ANGLE])
+        for wheelset in self.equipped.guided:
+            nadal_limits(self.nadal_limit, wheelset)
 
     def _check_model(self) -> None:
         """Raise where vehicle, actuators and sensors do not go together, or nothing is guided."""
@@ -223,16 +282,35 @@ class Settings:
         return Equipped(plant, self.actuator, self.actuator_model, self.sensors)
 
     @property
+    def _law(self) -> ContactLaw | None:
+        """The contact law of a vehicle of the environment's kind."""
+        plant = self.equipped.plant
+        return plant.vehicle.contact if isinstance(plant, (Bogie, DualWheelset)) else None
+
+    @cached_property
+    def _of_contact(self) -> tuple[str, ...]:
+        """Numbers of that law."""
+        return tuple(self._law.number_fields()) if self._law is not None else ()
+
+    @cached_property
+    def _own(self) -> tuple[str, ...]:
+        """What may vary of a vehicle of the environment's kind."""
+        own = [name for name in RANDOMIZABLE if name != "conicity" or name in self._of_contact]
+        return tuple(dict.fromkeys([*own, *self._of_contact]))
+
+    @property
     def randomizable(self) -> tuple[str, ...]:
         """What ``randomize`` may vary."""
-        plant = self.equipped.plant
-        return RANDOMIZABLE if isinstance(plant, (Bogie, DualWheelset)) else plant.variable_names
+        return self.equipped.plant.variable_names if self._law is None else self._own
 
     @property
     def variable(self) -> tuple[str, ...]:
         """Numbers of the vehicle that episodes may differ in, or options pin."""
-        plant = self.equipped.plant
-        return RANDOMIZABLE if isinstance(plant, (Bogie, DualWheelset)) else tuple(self.randomize)
+        return tuple(self.randomize) if self._law is None else self._own
+
+    def told(self, kind: str) -> str:
+        """Return what kind of name is unknown, with the contact law that says which there are."""
+        return kind if self._law is None else f"{kind} (the vehicle's contact is {self._law.called})"
 
 
 _LONGEST_HISTORY = 10_000
@@ -240,7 +318,7 @@ _MOST_STEPS = 10**9
 
 _DEFAULTS: Mapping[str, Mapping[str, Any]] = {
     "bogie": {
-        "vehicle": HIGH_SPEED_COACH,
+        "vehicle": HIGH_SPEED_COACH_HOLLOW,
         "actuator": "secondary",
         "speed_range": (60.0, 160.0),
     },

@@ -61,14 +61,13 @@ class Recorder:
         episode = fleet.episodes[i]
         assert episode is not None
         speed, curvature, cant = fleet.conditions(i)
-        wheelsets = self._wheelsets
         places, outlines = self._places()
         history = History.empty(fleet.n_actuators, len(places))
         if self._past:
             times, displacements, actions = zip(*self._past, strict=True)
             history = History(np.array(times), np.array(displacements), np.array(actions))
         reason = REASONS[int(fleet.terms[i, 6])]
-        first = wheelsets[0]
+        first = episode.plant.guided[self._order[0]]
         return Scene(
             time=self._time,
             speed=speed,

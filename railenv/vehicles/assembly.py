@@ -424,10 +424,18 @@ class Assembly:
 
     def contact_law(self, wheelset: str) -> ContactLaw:
         """Return the contact law of a wheelset's left wheel, with numbers for all its texts."""
-        law = next(w.contact for w in self.wheelsets if w.name == wheelset)
-        assert law is not None
-        texts = self._expressions[wheelset, "left"]
-        return law.with_numbers({f: evaluate(texts[f], self.values) for f in law.number_fields()})
+        return self.contact_laws(wheelset)[0]
+
+    def contact_laws(self, wheelset: str) -> tuple[ContactLaw, ContactLaw]:
+        """Return the contact laws of the left and right wheel, with numbers for all their texts."""
+        part = next(w for w in self.wheelsets if w.name == wheelset)
+        found = []
+        for role, (_, law) in part.groups().items():
+            if isinstance(law, ContactLaw):
+                texts = self._expressions[wheelset, role]
+                numbers = {f: evaluate(texts[f], self.values) for f in law.number_fields()}
+                found.append(law.with_numbers(numbers))
+        return found[0], found[-1]
 
     def place(self, body: str, values: Values | None = None) -> float:
         """Return where along the vehicle (m) a body stands."""

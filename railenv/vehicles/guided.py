@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from railenv.contact.laws import ContactLaw
 
 KINEMATIC_AMPLITUDE = 3e-3
 """m, lateral amplitude at which the conicity of a vehicle is told (EN 15302)."""
@@ -25,6 +28,12 @@ class Guided(NamedTuple):
         States.
     rails : tuple of str
         Inputs that displace the rails under it: align, vert, cross; none where the model has none.
+    z, phi : str, optional
+        Further states, where there are such.
+    laws : tuple of ContactLaw, optional
+        Contact laws of the left and right wheel, where they are known.
+    friction : float, optional
+        Friction coefficient of wheel and rail, where it is known.
     """
 
     name: str
@@ -37,6 +46,10 @@ class Guided(NamedTuple):
     psi: str
     dy: str
     rails: tuple[str, ...]
+    z: str | None = None
+    phi: str | None = None
+    laws: tuple[ContactLaw, ContactLaw] | None = None
+    friction: float | None = None
 
     @property
     def wavelength(self) -> float:

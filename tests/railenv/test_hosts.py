@@ -20,7 +20,7 @@ import numpy as np
 import railenv
 
 def vector(n=1024):
-    return gymnasium.make_vec("railenv/Bogie-v0", n, speed_range=(60.0, 100.0), tangent_share=1.0)
+    return gymnasium.make_vec("railenv/Bogie-v1", n, speed_range=(60.0, 100.0), tangent_share=1.0)
 
 def stepped(env, n):
     env.reset(seed=0)

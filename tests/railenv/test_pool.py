@@ -213,7 +213,7 @@ def test_share_that_joblib_gives_a_process_is_kept(monkeypatch, share, expected)
 
 
 def steps_of_environments(count=520, steps=12):
-    env = make_vec("railenv/Bogie-v0", count, observation="sensors", track="curve", duration=0.05)
+    env = make_vec("railenv/Bogie-v1", count, observation="sensors", track="curve", duration=0.05)
     env.reset(seed=4)
     rng = np.random.default_rng(0)
     results = []

@@ -115,10 +115,10 @@ def test_code_in_recipes_is_not_executed(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for tag in ("apply:os.system", "new:os.system", "name:os.system"):
         (tmp_path / "mine.yml").write_text(
-            f"railenv/Bogie-v0:\n  seed: !!python/object/{tag} ['touch exploded']\n"
+            f"railenv/Bogie-v1:\n  seed: !!python/object/{tag} ['touch exploded']\n"
         )
         with pytest.raises(ParameterError, match="cannot be read"):
-            agents.learning.recipe.recipe("ppo", "railenv/Bogie-v0", None, tmp_path / "mine.yml")
+            agents.learning.recipe.recipe("ppo", "railenv/Bogie-v1", None, tmp_path / "mine.yml")
     assert not (tmp_path / "exploded").exists()
 
 

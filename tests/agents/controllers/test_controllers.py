@@ -159,7 +159,7 @@ def test_a_controller_of_ones_own_is_a_class_with_two_methods(coach):
             self.mean = self.mean + 0.005 * (gyro - self.mean)
             return (-1e5 / 26e3 * (gyro - self.mean))[..., None]
 
-    env = gym.make("railenv/Bogie-v0", observation="sensors", disable_env_checker=True)
+    env = gym.make("railenv/Bogie-v1", observation="sensors", disable_env_checker=True)
     observation, _ = env.reset(seed=0, options={"speed": 100.0, "radius": float("inf")})
     damper = Damper()
     damper.reset()

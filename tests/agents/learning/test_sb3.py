@@ -19,7 +19,7 @@ from stable_baselines3.common.vec_env import VecEnv, VecMonitor, VecNormalize
 
 from agents.learning.sb3 import HuntingVecEnv
 
-IDS = ("railenv/Bogie-v0", "railenv/DualWheelset-v0")
+IDS = ("railenv/Bogie-v1", "railenv/DualWheelset-v1")
 BOGIE, DUAL = IDS
 N = 5
 SHORT = {"duration": 0.1}  # 20 control steps

@@ -31,7 +31,7 @@ from agents.learning.memory_env import MemoryVecEnv
 from agents.learning.sb3 import HuntingVecEnv
 from agents.learning.trainer import Trainer
 
-BOGIE, DUAL = "railenv/Bogie-v0", "railenv/DualWheelset-v0"
+BOGIE, DUAL = "railenv/Bogie-v1", "railenv/DualWheelset-v1"
 
 TINY = {
     "n_envs": 8,

@@ -4,7 +4,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-IDS = ("railenv/Bogie-v0", "railenv/DualWheelset-v0")
+IDS = ("railenv/Bogie-v1", "railenv/DualWheelset-v1")
 BOGIE, DUAL = IDS
 
 both = pytest.mark.parametrize("name", IDS)

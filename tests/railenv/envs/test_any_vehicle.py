@@ -13,7 +13,7 @@ from railenv.envs.settings import settings
 from railenv.equations.functions import tanh
 from railenv.errors import ParameterError, UnknownNameError
 
-NAME = "railenv/Bogie-v0"
+NAME = "railenv/Bogie-v1"
 ASSEMBLY = railenv.Bogie(railenv.HIGH_SPEED_COACH).assembly  # has the kernels of the shipped bogie
 SPEEDS = (90.0, 120.0)
 
@@ -128,7 +128,7 @@ def test_an_assembly_runs_as_the_shipped_bogie_of_the_same_parts():
     """The same structure and numbers: the same bits."""
     pins = {"speed": 90.0, "radius": 8000.0, "cant": 0.05, "offset": 0.002}
     rows = []
-    for env in (make(vehicle=ASSEMBLY), make()):
+    for env in (make(vehicle=ASSEMBLY), make(vehicle=railenv.HIGH_SPEED_COACH)):
         env.reset(seed=3, options=pins)
         rows.append(roll(env, 30))
     np.testing.assert_array_equal(*rows)
@@ -190,9 +190,11 @@ def test_both_places_at_once():
     ("given", "message"),
     [
         ({"model": "coach"}, "model is 'coach'; it must be a railenv.Model"),
-        ({"vehicle": "coach"}, "vehicle is 'coach'; it must be a railenv.Vehicle or railenv.Assembly"),
+        ({"vehicle": "coach"}, "unknown vehicle: 'coach'; allowed are TABLE_1, "),
+        ({"vehicle": 3}, "vehicle is 3; it must be a railenv.Vehicle, a railenv.Assembly or the name"),
+        ({"vehicle": ASSEMBLY, "contact": railenv.Cone(0.1)}, "contact is given with a model or an"),
         ({"vehicle": ASSEMBLY, "randomize": {"w1_mass": (1.0, 2.0)}}, "unknown name in randomize"),
-        ({"vehicle": ASSEMBLY, "randomize": {"conicity": (0.05, 0.9)}}, "conicity of w1 is 0.9"),
+        ({"vehicle": ASSEMBLY, "randomize": {"conicity": (0.05, 0.9)}}, "conicity of Cone is 0.9"),
     ],
 )
 def test_what_is_no_vehicle_is_refused(given, message):

@@ -231,7 +231,7 @@ def test_high_guiding_forces_are_a_derailment():
             done = terminated or truncated
         if terminated:
             reasons.add(info["derailed"])
-    assert "Nadal: Y/Q above 0.8 over 2 m" in reasons
+    assert "Nadal: Y/Q above its limit over 2 m" in reasons
     assert reasons <= set(REASONS[1:])
 
 

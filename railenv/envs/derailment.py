@@ -1,0 +1,73 @@
+"""What the control steps compare with to tell a derailment."""
+
+from __future__ import annotations
+
+import math
+
+from railenv.errors import ParameterError
+from railenv.vehicles.guided import Guided
+
+CONTACT_ANGLE = "contact angle"
+"""The setting ``nadal_limit`` that takes the limit from the flange."""
+
+_NEVER = 1e300
+
+
+def nadal(flange_angle: float, friction: float) -> float:
+    """Return Nadal's limit of Y/Q, (tan g - mu) / (1 + mu tan g), for a flange angle g (rad).
+
+    >>> import math
+    >>> round(nadal(math.radians(70.0), 0.36), 2)
+    1.2
+    """
+    steep = math.tan(flange_angle)
+    return (steep - friction) / (1.0 + friction * steep)
+
+
+def nadal_limits(setting: float | str, wheelset: Guided) -> tuple[float, float]:
+    """Return the largest Y/Q of the left and right wheel of a wheelset.
+
+    Parameters
+    ----------
+    setting : float or "contact angle"
+        The limit, or that it is Nadal's for the flanges and the friction of the wheelset.
+    wheelset : Guided
+
+    Raises
+    ------
+    ParameterError
+        If it is to be Nadal's, and a wheel's contact law has no flange.
+    """
+    if not isinstance(setting, str):
+        return setting, setting
+    left, right = (_flange_angle(wheelset, side) for side in (0, 1))
+    friction = wheelset.friction
+    assert friction is not None
+    return nadal(left, friction), nadal(right, friction)
+
+
+def _flange_angle(wheelset: Guided, side: int) -> float:
+    if wheelset.laws is None:
+        raise ParameterError(
+            f"nadal_limit is {CONTACT_ANGLE!r}, but the equations of {wheelset.name} are your own and "
+            "do not tell its profiles; give a number"
+        )
+    law = wheelset.laws[side]
+    if law.flange_angle is None or not math.isfinite(law.flange_clearance or math.inf):
+        raise ParameterError(
+            f"nadal_limit is {CONTACT_ANGLE!r}, but the contact of {wheelset.name} is {law.called}, "
+            "which has no flange whose angle could be taken; give a number, or a contact with profiles "
+            "(railenv.ProfilePair, railenv.ProfileFamily)"
+        )
+    return law.flange_angle
+
+
+def flange_tops(wheelset: Guided) -> tuple[float, float, float, float]:
+    """Return shift and lift (m) at the top of the left, then the right flange.
+
+    Beyond it the flange is less and less steep, so that what has lifted the wheel there moves it on and
+    over the rail. Wheels without a flange in their profile have none to climb on.
+    """
+    laws = wheelset.laws or (None, None)
+    left, right = (law.flange_top if law else None for law in laws)
+    return (*(left or (_NEVER, _NEVER)), *(right or (_NEVER, _NEVER)))
