@@ -13,8 +13,8 @@ from railenv import checks
 from railenv.errors import ParameterError, shown
 from railenv.kernels import buffers, loader, pool
 from railenv.model import Model
-from railenv.threads import usable_threads
 from railenv.tables import pack
+from railenv.threads import usable_threads
 
 THREAD_PAYS_FROM = 1000
 """Steps of one system that are work enough for a thread (some 0.1 ms)."""

@@ -18,10 +18,10 @@ from railenv.equations.coordinates import GROUND
 from railenv.errors import ParameterError, shown
 from railenv.evaluator import Evaluator
 from railenv.kernels import loader, store
+from railenv.tables import Table, names_of, pack
 from railenv.vehicles.declared import DeclaredEquations, MovingBody
 from railenv.vehicles.elements import GRAVITY
 from railenv.vehicles.guided import Guided
-from railenv.tables import Table, names_of, pack
 
 if TYPE_CHECKING:
     import control

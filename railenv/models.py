@@ -20,12 +20,12 @@ from railenv.equations.coordinates import Running, irregularity_names, rails
 from railenv.errors import ParameterError, shown
 from railenv.kernels import store
 from railenv.model import Model, check_names
+from railenv.tables import Table
 from railenv.vehicles import COOPERRIDER, QUANTITIES, TABLE_1, CooperriderParameters, Vehicle, files
 from railenv.vehicles.assembly import AssembledEquations, Assembly
 from railenv.vehicles.declared import DeclaredEquations, MovingBody
 from railenv.vehicles.elements import Wheelset
 from railenv.vehicles.guided import KINEMATIC_AMPLITUDE, Guided
-from railenv.tables import Table
 
 __all__ = ["Assembled", "Bogie", "CooperriderBogie", "DualWheelset", "Model"]
 
@@ -246,7 +246,7 @@ _LOAD = "(wheelset_mass + (frame_mass + body_mass / 2) / 2) * gravity / 2"
 
 def _creep_options(vehicle: Vehicle) -> tuple[tuple[str, str], ...]:
     """Return what a wheelset of a vehicle says of its creep."""
-    options = {"saturation": vehicle.saturation, "saturation_of": vehicle.saturation_of}
+    options: dict[str, str] = {"saturation": vehicle.saturation, "saturation_of": vehicle.saturation_of}
     if vehicle.saturation == "polach":
         options |= {"polach_adhesion": "polach_adhesion", "polach_slip": "polach_slip"}
     if vehicle.load_dependent_creep:

@@ -22,7 +22,7 @@ from railenv.errors import ParameterError
 
 Array = NDArray[np.float64]
 
-WIDE = 8
+WIDE = 4
 """Columns in the cells of a table of several; what it lacks is filled up with zeros."""
 
 _MOST_EXACT = 256
@@ -201,7 +201,7 @@ class Table:
 
 
 def width(columns: int) -> int:
-    """Return how many columns the cells of a table have in kernels: one, or eight looked up at once."""
+    """Return how many columns the cells of a table have in kernels: one, or four looked up at once."""
     return 1 if columns == 1 else WIDE
 
 

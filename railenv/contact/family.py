@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
@@ -10,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from railenv.contact.laws import ContactLaw, LinearContact, contact_law
+from railenv.contact.laws import ContactLaw, LinearContact
 from railenv.contact.pair import FLANGE_SLOPE, ProfilePair
 from railenv.equations import shapes
 from railenv.errors import ParameterError, shown
@@ -48,12 +49,12 @@ class ProfileFamily(ContactLaw):
         super().__post_init__()
         for name in ("new", "worn"):
             given: Any = getattr(self, name)
-            law = contact_law(given)
-            if not isinstance(law, ProfilePair):
+            pair = ProfilePair.from_mapping(given) if isinstance(given, Mapping) else given
+            if not isinstance(pair, ProfilePair):
                 raise ParameterError(
-                    f"{name} of ProfileFamily is {shown(law)}; it must be a ProfilePair"
+                    f"{name} of ProfileFamily is {shown(pair)}; it must be a ProfilePair"
                 )
-            object.__setattr__(self, name, law)
+            object.__setattr__(self, name, pair)
 
     @classmethod
     def table_fields(cls) -> list[str]:

@@ -103,6 +103,25 @@ class ContactLaw(Numbered):
         """Return the law with each number as the text of its own name."""
         return dataclasses.replace(self, **{field: field for field in self.number_fields()})
 
+    @classmethod
+    def from_mapping(cls, fields: Mapping[str, Any]) -> Self:
+        """Return the law from its fields, as files have them.
+
+        Raises
+        ------
+        UnknownNameError
+            If it has no such field.
+        ParameterError
+            If one is missing, or a value is not allowed.
+        """
+        given = {name: value for name, value in fields.items() if name != "law"}
+        own = dataclasses.fields(cls)
+        checks.known(f"field of {cls.__name__}", given, [f.name for f in own])
+        missing = [f.name for f in own if f.default is dataclasses.MISSING and f.name not in given]
+        if missing:
+            raise ParameterError(f"contact law {cls.kind!r} lacks {', '.join(missing)}")
+        return cls(**given)
+
     def to_mapping(self) -> dict[str, Any]:
         """Return the law as plain values, for files."""
         return {"law": self.kind, **{f.name: getattr(self, f.name) for f in dataclasses.fields(self)}}
@@ -194,27 +213,30 @@ class ArcProfile(ContactLaw):
         plain = isinstance(wheel, (int, float)) and isinstance(rail, (int, float))
         if plain and not wheel > rail:  # type: ignore[operator]
             raise ParameterError(
-                f"wheel_profile_radius of ArcProfile is {wheel:g} m and rail_profile_radius {rail:g} m; "
-                "the hollow of the wheel must be wider than the rail head"
+                f"wheel_profile_radius of ArcProfile is {wheel:g} m and rail_profile_radius {rail:g} "
+                "m; the hollow of the wheel must be wider than the rail head"
             )
 
     def linear(self, amplitude: float = 0.0) -> LinearContact:
         """Return conicity, contact angle and its rate at the centre, roll left out."""
         wheel, rail = _plain(self.wheel_profile_radius), _plain(self.rail_profile_radius)
-        return _of_arcs(_plain(self.contact_angle), 1.0 / (wheel - rail), rail)
+        tangent, nearness = _plain(self.contact_angle), 1.0 / (wheel - rail)
+        rate = nearness * (1.0 + tangent * tangent) ** 1.5
+        return LinearContact((1.0 + rail * nearness) * tangent, tangent, rate)
 
 
 @dataclass(frozen=True)
 class HollowTread(ContactLaw):
-    """The arcs of :class:`ArcProfile` told by the conicity: a tread from new to worn hollow.
+    """A tread from new to worn hollow, told by its conicity; with a spring behind the flange.
 
-    The more hollow the tread, the closer its radius comes to that of the rail. So the contact angle
-    moves the faster with the shift the higher the conicity is, as on wheels in service.
+    It is the linear part of :class:`ArcProfile`: the more hollow the tread, the closer its radius comes
+    to that of the rail, and the faster the contact angle moves with the shift. So conicity and contact
+    angle go together, as on wheels in service.
 
     Parameters
     ----------
     conicity : float
-        Slope of the rolling radius at the centre; not less than ``contact_angle``, the straight tread.
+        Slope of the rolling radius; not less than ``contact_angle``, that of the straight tread.
     contact_angle : float
         Tangent of the contact angle at the centre.
     rail_profile_radius : float
@@ -237,83 +259,19 @@ class HollowTread(ContactLaw):
         plain = isinstance(given, (int, float)) and isinstance(angle, (int, float))
         if plain and given < angle:  # type: ignore[operator]
             raise ParameterError(
-                f"conicity of HollowTread is {given:g} and its contact_angle {angle:g}; a tread that is "
-                "hollow or straight has at least that conicity"
+                f"conicity of HollowTread is {given:g} and its contact_angle {angle:g}; a tread that "
+                "is hollow or straight has at least that conicity"
             )
 
     def linear(self, amplitude: float = 0.0) -> LinearContact:
-        """Return conicity, contact angle and its rate at the centre, roll left out."""
-        angle, rail = _plain(self.contact_angle), _plain(self.rail_profile_radius)
-        return _of_arcs(angle, (_plain(self.conicity) / angle - 1.0) / rail, rail)
-
-
-def _of_arcs(tangent: float, nearness: float, rail: float) -> LinearContact:
-    rate = nearness * (1.0 + tangent * tangent) ** 1.5
-    return LinearContact((1.0 + rail * nearness) * tangent, tangent, rate)
+        """Return conicity, contact angle and its rate."""
+        conicity, angle = _plain(self.conicity), _plain(self.contact_angle)
+        return LinearContact(
+            conicity, angle, (conicity / angle - 1.0) / _plain(self.rail_profile_radius)
+        )
 
 
 def _plain(value: Number) -> float:
     if not isinstance(value, (int, float)):
         raise ParameterError(f"a number is {shown(value)}, which is known in a vehicle only")
     return float(value)
-
-
-def laws() -> dict[str, type[ContactLaw]]:
-    """Return all contact laws, by what they are called in files."""
-    from railenv.contact.family import ProfileFamily
-    from railenv.contact.pair import ProfilePair
-
-    every = (Cone, LinearProfile, HollowTread, ArcProfile, ProfilePair, ProfileFamily)
-    return {law.kind: law for law in every}
-
-
-def contact_law(value: Any) -> ContactLaw:
-    """Return a contact law from itself or from plain values, as files have them.
-
-    Raises
-    ------
-    ParameterError
-        If it is neither, or a value is not allowed.
-    UnknownNameError
-        If there is no such law, or it has no such field.
-    """
-    if isinstance(value, ContactLaw):
-        return value
-    if not isinstance(value, Mapping) or "law" not in value:
-        kinds = ", ".join(map(repr, laws()))
-        raise ParameterError(
-            f"contact is {shown(value)}; it must be a contact law such as railenv.Cone, or a mapping "
-            f"with 'law' ({kinds}) and its fields"
-        )
-    by_kind = laws()
-    checks.known("contact law", [value["law"]], list(by_kind))
-    law = by_kind[value["law"]]
-    fields = {name: v for name, v in value.items() if name != "law"}
-    needed = [f.name for f in dataclasses.fields(law) if f.default is dataclasses.MISSING]
-    checks.known(f"field of {law.__name__}", fields, [f.name for f in dataclasses.fields(law)])
-    missing = [name for name in needed if name not in fields]
-    if missing:
-        raise ParameterError(f"contact law {law.kind!r} lacks {', '.join(missing)}")
-    return law(**fields)
-
-
-def resolved(owner: str, conicity: Number, contact: Any) -> tuple[Number, ContactLaw]:
-    """Return conicity and contact law where one of them, or both, are given.
-
-    ``conicity`` is the short form of a cone.
-
-    Raises
-    ------
-    ParameterError
-        If neither is given, or they contradict each other.
-    """
-    if contact is None and conicity is None:
-        raise ParameterError(f"{owner} lacks contact; give a contact law, or conicity for a cone")
-    law = Cone(conicity) if contact is None else contact_law(contact)
-    own: Number = getattr(law, "conicity", None)
-    if conicity is not None and conicity != own:
-        has = f"a {law.called} of {shown(own)}" if own is not None else f"{law.called}, which has none"
-        raise ParameterError(
-            f"conicity of {owner} is {shown(conicity)} and its contact {has}; give one of them"
-        )
-    return own, law

@@ -116,10 +116,8 @@ def normal_contact(c: Point, w: Motion, rail: Rail, p: Scalar) -> Normal:
 
     A wheel that lifts carries no load (the print would pull it down).
     """
-    load = positive_part(stiffness(c, p) * c.compression)
+    load = positive_part(p.vertical_rail_stiffness * c.compression)
     thrust = load * c.touch.slope  # of the potential, along eta
-    if c.law.law.has_flange:
-        thrust = thrust - load * load * c.touch.slope * c.touch.bend / p.lateral_rail_stiffness
     y = w.y - rail.align
     over = load * (c.side * c.anchor - y - c.level * w.phi)
     return Normal(
@@ -129,17 +127,6 @@ def normal_contact(c: Point, w: Motion, rail: Rail, p: Scalar) -> Normal:
         yaw=thrust * c.anchor * w.psi,
         magnitude=load * c.stretch,
     )
-
-
-def stiffness(c: Point, p: Scalar) -> Scalar:
-    """Return the vertical stiffness (N/m) of the rail under a wheel.
-
-    Under a flange the rail yields sideways too, which the wheel feels as K tan^2 gamma.
-    """
-    if not c.law.law.has_flange:
-        return p.vertical_rail_stiffness
-    ratio = p.vertical_rail_stiffness / p.lateral_rail_stiffness
-    return p.vertical_rail_stiffness / (1.0 + ratio * c.touch.slope * c.touch.slope)
 
 
 class Creepage(NamedTuple):

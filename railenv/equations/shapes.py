@@ -19,7 +19,7 @@ from railenv.equations.functions import Scalar, sqrt, table, where_positive
 STEEPEST = 0.99
 """Sine of the contact angle up to which arcs are followed; beyond it they go on straight."""
 
-TABLE_COLUMNS = 5
+TABLE_COLUMNS = 4
 """Columns of a table of profiles: those of a :class:`Touch`."""
 
 
@@ -28,7 +28,6 @@ class Touch(NamedTuple):
 
     height: Scalar  # H, how far the wheel rides up, m
     slope: Scalar  # H', tangent of the contact angle against the axle
-    bend: Scalar  # H'', 1/m; 0 in laws whose rail does not yield sideways, which do not need it
     radius: Scalar  # increase of the rolling radius, m
     place: Scalar = 0  # place on the rail, outwards from where it touches at eta = 0, m
 
@@ -40,7 +39,7 @@ class Law(NamedTuple):
     """Touch of numbers and eta."""
 
     has_flange: bool = False
-    """Whether H has the flange in it, which the rail's lateral stiffness then holds."""
+    """Whether H has the flange in it, so that there is no spring for it."""
 
     round_rail: bool = False
     """Whether the rail's head is an arc, round which the contact moves."""
@@ -49,46 +48,43 @@ class Law(NamedTuple):
 def cone(c: Scalar, eta: Scalar) -> Touch:
     """Return the touch of a straight tread: the paper's cone on a knife edge."""
     rise = c.conicity * eta
-    return Touch(rise, c.conicity, 0, rise)
+    return Touch(rise, c.conicity, rise)
 
 
 def linear(c: Scalar, eta: Scalar) -> Touch:
     """Return the touch by Wickens' three parameters: conicity, contact angle and its rate."""
     height = eta * (c.contact_angle + 0.5 * c.contact_angle_rate * eta)
-    return Touch(height, c.contact_angle + c.contact_angle_rate * eta, 0, c.conicity * eta)
-
-
-def arcs(c: Scalar, eta: Scalar) -> Touch:
-    """Return the touch of a hollow arc on a round rail, exact in the plane."""
-    return _rolling_round(c, 1.0 / (c.wheel_profile_radius - c.rail_profile_radius), eta)
+    return Touch(height, c.contact_angle + c.contact_angle_rate * eta, c.conicity * eta)
 
 
 def hollow(c: Scalar, eta: Scalar) -> Touch:
-    """Return the touch of a hollow arc on a round rail, the arc told by the conicity."""
-    nearness = (c.conicity / c.contact_angle - 1.0) / c.rail_profile_radius
-    return _rolling_round(c, nearness, eta)
+    """Return the touch of a tread that is the more hollow the higher its conicity: linear arcs.
 
-
-def _rolling_round(c: Scalar, nearness: Scalar, eta: Scalar) -> Touch:
-    """Return the touch of two arcs; ``nearness`` is 1 over the difference of their radii.
-
-    Their centres keep that distance, so the sine of the contact angle goes with eta, which is the shift
-    at the level of the rail's centre.
+    Of a hollow arc on a round rail both conicity and rate grow with the nearness of the radii
+    (:func:`arcs`), so one tells the other.
     """
+    rate = (c.conicity / c.contact_angle - 1.0) / c.rail_profile_radius
+    height = eta * (c.contact_angle + 0.5 * rate * eta)
+    return Touch(height, c.contact_angle + rate * eta, c.conicity * eta)
+
+
+def arcs(c: Scalar, eta: Scalar) -> Touch:
+    """Return the touch of a hollow arc on a round rail, exact in the plane.
+
+    The centres of both arcs keep their distance, the difference of the radii, so the sine of the
+    contact angle goes with eta, which is the shift at the level of the rail's centre.
+    """
+    nearness = 1.0 / (c.wheel_profile_radius - c.rail_profile_radius)
     sine0, cosine0 = direction(c)
     lean = sine0 + nearness * eta
     sine = _held(lean)
     cosine = sqrt(1.0 - sine * sine)
     slope = sine / cosine
-    # where the arcs are followed this is (cos 0 - cos) / nearness, written to hold for straight wheels
+    # (cos 0 - cos) / nearness, written so that it holds for straight wheels too
     rise = (sine + sine0) / (cosine + cosine0)
-    beyond = where_positive(abs(lean) - STEEPEST, (lean - sine) / _guarded(nearness), 0.0)
+    beyond = (lean - sine) / nearness
     height = eta * rise + beyond * (slope - rise)
-    return Touch(height, slope, 0, (1.0 + c.rail_profile_radius * nearness) * height)
-
-
-def _guarded(nearness: Scalar) -> Scalar:
-    return where_positive(abs(nearness) - 1e-12, nearness, 1.0)
+    return Touch(height, slope, (1.0 + c.rail_profile_radius * nearness) * height)
 
 
 def direction(c: Scalar) -> tuple[Scalar, Scalar]:
@@ -119,7 +115,7 @@ def _looked_up(t: Scalar, eta: Scalar) -> Touch:
 
 CONE = Law(cone)
 LINEAR = Law(linear)
+HOLLOW = Law(hollow)
 ARCS = Law(arcs, round_rail=True)
-HOLLOW = Law(hollow, round_rail=True)
 PROFILES = Law(profiles, has_flange=True)
 BETWEEN = Law(between, has_flange=True)

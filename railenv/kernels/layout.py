@@ -11,9 +11,9 @@ class Layout:
 
     In order: states ``x``, inputs ``u``, running conditions ``c`` (speed, curvature, cant),
     parameters ``p``, derivatives ``dx``, two rows per state of work space of the integrators, what is
-    looked up in tables, signals ``o``, the nonzero entries of the Jacobian ``j``, and those of the derivatives by the parameters
-    ``q``. Buffers that only integrate end before ``j``, those that need no derivative by a parameter
-    before ``q``.
+    looked up in tables, signals ``o``, the nonzero entries of the Jacobian ``j``, and those of the
+    derivatives by the parameters ``q``. Buffers that only integrate end before ``j``, those without
+    derivatives by parameters before ``q``.
     """
 
     n_states: int

@@ -53,9 +53,9 @@ inline = numba.njit(forceinline=True, **_options)
 real = np.{dtype}
 ROUNDER = real({rounder!r})
 L = {lanes}
-# lanes that look up in a table together: as many as numbers fit in one vector
-AT_ONCE = min(L, 32 // np.dtype(real).itemsize)
+# columns of a table, and lanes that look up in it together
 WIDE = {wide}
+AT_ONCE = min(L, WIDE)
 """
 _ROWS = """
 NX = {0.n_states}

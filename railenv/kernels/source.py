@@ -317,8 +317,10 @@ def _in_turn(
 
 
 class _Cell(sympy.Function):
-    """``_Cell(t, x, n)`` is the first coefficient of the cell of ``x``; with a fourth argument the
-    place within the cell."""
+    """``_Cell(t, x, n)`` is the first coefficient of the cell of ``x``.
+
+    With a fourth argument it is the place within the cell.
+    """
 
 
 def _cells(

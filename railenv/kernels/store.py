@@ -19,7 +19,9 @@ from railenv.files import write_whole
 from railenv.kernels.loader import cache_directory
 
 _WRITERS = (
+    "railenv.contact.family",
     "railenv.contact.laws",
+    "railenv.contact.pair",
     "railenv.equations",
     "railenv.fields",
     "railenv.kernels.graph",

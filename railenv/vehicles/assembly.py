@@ -28,6 +28,7 @@ from railenv.equations.coordinates import (
 from railenv.equations.functions import Scalar
 from railenv.errors import ParameterError, UnknownNameError, shown
 from railenv.fields import Number, Numbered
+from railenv.tables import Table
 from railenv.vehicles import files
 from railenv.vehicles.actuators import Sensors, YawActuator
 from railenv.vehicles.elements import (
@@ -41,7 +42,6 @@ from railenv.vehicles.elements import (
     Wheelset,
 )
 from railenv.vehicles.expressions import evaluate
-from railenv.tables import Table
 
 Values = Mapping[str, Any]
 
@@ -412,7 +412,7 @@ class Assembly:
         return found
 
     def _add_contact(self, found: SimpleNamespace, part: Wheelset, values: Values) -> None:
-        """Add to the numbers of a wheelset the contact laws of its wheels, and what it has no number of."""
+        """Add to the numbers of a wheelset its contact laws, and what is no number."""
         for role, (_, numbered) in part.groups().items():
             if isinstance(numbered, ContactLaw):
                 setattr(found, role, self._fields(part, role, numbered, values))

@@ -17,7 +17,8 @@ from railenv.equations.coordinates import (
 )
 from railenv.equations.functions import Scalar
 from railenv.errors import ParameterError, shown
-from railenv.vehicles.elements import GRAVITY, Number
+from railenv.fields import Number
+from railenv.vehicles.elements import GRAVITY
 from railenv.vehicles.expressions import evaluate
 
 _GUIDED = ("flange_clearance", "half_gauge", "wheel_radius", "conicity")

@@ -1,7 +1,7 @@
 """What a vehicle is assembled from: bodies, wheelsets and force elements, as frozen records.
 
-What their fields may hold is said in :mod:`railenv.fields`. Places are those of the vehicle, from an origin of your choice: ``x`` forward, ``y`` to the left, ``z``
-up.
+What their fields may hold is said in :mod:`railenv.fields`. Places are those of the vehicle, from an
+origin of your choice: ``x`` forward, ``y`` to the left, ``z`` up.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 from railenv import checks
-from railenv.contact.laws import ContactLaw, contact_law, resolved
+from railenv.contact.given import contact_law, resolved
+from railenv.contact.laws import ContactLaw
 from railenv.equations import elements as laws
 from railenv.errors import ParameterError, shown
 from railenv.fields import (

@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 KINEMATIC_AMPLITUDE = 3e-3
-"""m, lateral amplitude at which the conicity of a vehicle is told unless another is given (EN 15302)."""
+"""m, lateral amplitude at which the conicity of a vehicle is told (EN 15302)."""
 
 
 class Guided(NamedTuple):

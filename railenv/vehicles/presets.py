@@ -13,8 +13,8 @@ from railenv.vehicles.vehicle import (
 HIGH_SPEED_COACH_S1002 = HIGH_SPEED_COACH.replace(
     name="HIGH_SPEED_COACH_S1002",
     provenance=(
-        "as HIGH_SPEED_COACH, on new S1002 wheels and UIC 60 rails at 1:40, gauge 1435 mm, back to back "
-        "1360 mm"
+        "as HIGH_SPEED_COACH, on new S1002 wheels and UIC 60 rails at 1:40, gauge 1435 mm, back to "
+        "back 1360 mm"
     ),
     contact=ProfilePair(),
     half_gauge=0.75,

@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any, Literal, Self, get_args
 
 from railenv import checks
-from railenv.contact.laws import Cone, ContactLaw, HollowTread, contact_law, resolved
+from railenv.contact.given import contact_law, resolved
+from railenv.contact.laws import Cone, ContactLaw, HollowTread
 from railenv.errors import ParameterError, shown
 from railenv.vehicles import files
 from railenv.vehicles.guided import KINEMATIC_AMPLITUDE, klingel_wavelength
