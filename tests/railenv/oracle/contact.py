@@ -73,7 +73,7 @@ def contact(w: Motion, rail: Rail, run: Running, p) -> ContactForce:
 
 
 def _creep(s, q, w, rail, run, p):
-    """Linear creep force and spin moment of a wheel, its load, axes of its contact plane, and its arm."""
+    """Linear creep force and spin moment of a wheel, its load, axes of its plane, and its arm."""
     y, z, phi, psi = q
     load = p.vertical_rail_stiffness * max(compression(s, y, z, phi, psi, rail, p), 0.0)
     radius = p.wheel_radius + p.conicity * shift(s, y, phi, psi, p)
