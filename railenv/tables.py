@@ -195,10 +195,14 @@ class Table:
 
     @property
     def grid(self) -> tuple[float, float, float]:
-        """Where the cells that a kernel reads start, how many there are per unit of x, the last one."""
+        """Where the cells that a kernel reads start, how many there are per unit of x, the last one.
+
+        A kernel looks no further than the third number. It is a quarter into the last cell, since on
+        the border a kernel may take the cell before, whose cubic must not go on beyond its end.
+        """
         cells = len(self.coefficients)
         width = float(self.x[-1] - self.x[0]) / cells
-        return float(self.x[0]) - width, 1.0 / width, cells + 1.0
+        return float(self.x[0]) - width, 1.0 / width, cells + 1.25
 
     def inverse(self, *, name: str = "table") -> Table:
         """Return x over y, for a characteristic that rises everywhere.

@@ -136,7 +136,7 @@ def test_forces_of_the_rails_are_the_slope_of_their_energy(law):
     rail = Rail(4e-4, 2e-4, -3e-4)
     rng = np.random.default_rng(2)
     for _ in range(25):
-        q = (rng.uniform(-1.0, 1.0, 4) * [1e-2, 6e-4, 1.5e-3, 1e-2] + ON_THE_WAY).tolist()
+        q = (rng.uniform(-1.0, 1.0, 4) * [2.5e-2, 6e-4, 1.5e-3, 1e-2] + ON_THE_WAY).tolist()
         found = moving(contact(Motion(*q, 0.0, 0.0, 0.0, 0.0), rail, TANGENT, p))
         expected = []
         for i in range(4):
