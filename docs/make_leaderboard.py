@@ -39,7 +39,7 @@ def pictures(folder):
     from agents.evaluation.rollout_plots import plot_histories
 
     evaluations = ordered(agents.load_evaluations(DOCS / "leaderboard.json"))
-    coach = agents.equipped(railenv.Bogie(railenv.HIGH_SPEED_COACH))
+    coach = agents.equipped(railenv.Bogie(railenv.HIGH_SPEED_COACH_HOLLOW))
     best = agents.shipped("output-feedback")
     some = {
         "passive": None,

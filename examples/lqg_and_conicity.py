@@ -18,9 +18,9 @@ from examples.recipe import LIMITS, command_line, critical, save, table, written
 SPEED = 130.0  # m/s, of the designs
 DESIGNS = (0.05, 0.1, 0.2)  # conicities of the designs
 CONICITIES = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
-BOX = {"conicity": (0.05, 0.3)}  # of the wear to be survived
+BOX = {"conicity": (0.05, 0.3)}  # of the wear to be survived, the contact angle going along
 
-VEHICLE = railenv.Equipped(railenv.Bogie(railenv.HIGH_SPEED_COACH))
+VEHICLE = railenv.Equipped(railenv.Bogie(railenv.HIGH_SPEED_COACH_HOLLOW))
 
 
 @dataclass(frozen=True)

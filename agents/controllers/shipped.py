@@ -1,4 +1,4 @@
-"""Controllers that the package ships for ``HIGH_SPEED_COACH`` with its default secondary actuator.
+"""Controllers that the package ships, for ``HIGH_SPEED_COACH_HOLLOW`` with its secondary actuator.
 
 ``railenv tune KIND --out FILE`` designs and tunes one again, ``make controllers`` all of them.
 """
@@ -11,7 +11,7 @@ from pathlib import Path
 from agents.controllers.learned import LearnedPolicy
 from agents.controllers.load import load
 from agents.controllers.scheduled import ScheduledController
-from railenv import HIGH_SPEED_COACH, Bogie, Equipped, checks
+from railenv import HIGH_SPEED_COACH_HOLLOW, Bogie, Equipped, checks
 
 NAMES = (
     "passive",
@@ -28,7 +28,7 @@ NAMES = (
 
 def coach() -> Equipped:
     """Return the vehicle that the shipped controllers are for."""
-    return Equipped(Bogie(HIGH_SPEED_COACH), "secondary")
+    return Equipped(Bogie(HIGH_SPEED_COACH_HOLLOW), "secondary")
 
 
 def shipped_names() -> list[str]:

@@ -187,14 +187,15 @@ class _Evaluator:
         return math.sqrt(abs(radius) * self.model.gravity * (0.150 / CANT_BASE + abs(cant)))
 
     def robust(self, model: Equipped) -> tuple[float | None, dict[str, float]]:
-        """Return the robust critical speed over conicity, and the worst vehicle."""
-        if not isinstance(self.controller, Feedback) or "conicity" not in model.variable_names:
+        """Return the critical speed of the worst vehicle within the plan's ranges, and that vehicle."""
+        box = self.plan.robust_over(model)
+        if not isinstance(self.controller, Feedback) or not box:
             return None, {}
         radius, cant = self.plan.curves[0]
         found = design.robust_critical_speed(
             model,
             self.controller,
-            {"conicity": self.plan.conicity},
+            box,
             radius=radius,
             cant=cant,
             speed_range=self.plan.speed_range,

@@ -11,7 +11,8 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from railenv import checks
+from agents.controllers.service import CONICITY, CREEP_FACTOR, WEAR, varied
+from railenv import Model, checks
 from railenv.errors import ParameterError, shown
 from railenv.files import write_whole
 
@@ -19,7 +20,10 @@ if TYPE_CHECKING:
     import control
     from matplotlib.axes import Axes
 
-SCHEMA = "railenv evaluation 1"
+SCHEMA = "railenv evaluation 2"
+
+ROBUST_OVER = ("conicity", "creep_factor", "wear")
+"""What the robust critical speed is over, of those that a vehicle has: fields of :class:`Plan`."""
 
 _RIDE = (
     "speed",
@@ -43,8 +47,8 @@ class Plan:
         m/s; a loop that is unstable at the lowest speed has failed.
     curves : tuple of (float, float)
         Radius (m) and cant (rad) of each; the first is where everything is evaluated.
-    conicity : (float, float)
-        Range of the robust critical speed, for vehicles with a parameter of that name.
+    conicity, creep_factor, wear : (float, float)
+        Ranges of the robust critical speed, each for vehicles with a parameter of that name.
     frictions : tuple of float
         Coefficients at which the nonlinear critical speed is looked at, beside the vehicle's own, for
         vehicles with a parameter ``friction``.
@@ -65,7 +69,9 @@ class Plan:
         (6250.0, 0.0873),
         (4000.0, 0.0873),
     )
-    conicity: tuple[float, float] = (0.05, 0.4)
+    conicity: tuple[float, float] = CONICITY
+    creep_factor: tuple[float, float] = CREEP_FACTOR
+    wear: tuple[float, float] = WEAR
     frictions: tuple[float, ...] = (0.1, 0.5)
     ride_speeds: tuple[float, ...] = (80.0, 110.0, 140.0)
     ride_duration: float = 20.0
@@ -77,6 +83,10 @@ class Plan:
             if not getattr(self, name):
                 raise ParameterError(f"{name} is empty; the evaluation needs at least one")
         checks.number("ride_duration", self.ride_duration, low=1.0, unit="s")
+
+    def robust_over(self, model: Model) -> dict[str, tuple[float, float]]:
+        """Return the ranges of the robust critical speed that a vehicle has."""
+        return varied(model, {name: getattr(self, name) for name in ROBUST_OVER})
 
     @classmethod
     def quick(cls) -> Plan:
@@ -158,10 +168,11 @@ class Evaluation:
     controller, model_name, vehicle, observation : str
     curves : tuple of CurveResult
     robust : float or None
-        Robust critical speed over conicity, on the first curve; None if a vehicle is unstable at the
-        lowest speed, the controller has no linearisation, or the vehicle no parameter ``conicity``.
+        Critical speed of the worst vehicle within the ranges of the plan, on the first curve; None if
+        a vehicle is unstable at the lowest speed, the controller has no linearisation, or the vehicle
+        none of the parameters.
     worst : mapping of str to float
-        The vehicle that sets it.
+        The vehicle that sets it, by the parameters that were varied.
     ride : tuple of mapping
         Of each run on irregular track: speed, rms and peak moment of the yaw actuators (N m; force of
         the lateral ones, N, where there are only those), rms and peak acceleration (m/s^2), readings of
@@ -197,6 +208,13 @@ class Evaluation:
     def nonlinear(self) -> float | None:
         """Nonlinear critical speed on the first curve."""
         return self.curves[0].nonlinear
+
+    @property
+    def robust_over(self) -> str:
+        """What the robust critical speed is over, in words."""
+        names = list(self.worst) or ["conicity", "creep_factor"]
+        ranges = ((name.replace("_", " "), *getattr(self.plan, name)) for name in names)
+        return ", ".join(f"{name} {low:g} to {high:g}" for name, low, high in ranges)
 
     def summary(self) -> dict[str, Any]:
         """Return everything as plain numbers and strings, ready for JSON."""

@@ -63,8 +63,7 @@ def plot_comparison(
         plan = evaluations[0].plan
         rows = list(_READINGS)
         if curve == 0:
-            low, high = plan.conicity
-            rows.append(("robust", f"robust (conicity {low:g} to {high:g})", SERIES[2]))
+            rows.append(("robust", f"robust ({evaluations[0].robust_over})", SERIES[2]))
         place = evaluations[0].curves[curve]
         seen: list[float | None] = [place.deficiency_limit]
         for k, (reading, label, color) in enumerate(rows):

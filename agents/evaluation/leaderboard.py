@@ -9,14 +9,13 @@ from agents.evaluation.evaluation import Evaluation, written
 
 def columns(evaluation: Evaluation) -> list[str]:
     """Return the headings of the table, for what an evaluation holds."""
-    low, high = evaluation.plan.conicity
     ride = evaluation.ride[0]["speed"]
     return [
         "controller",
         "reads",
         "linear",
         "nonlinear",
-        f"robust ({low:g} to {high:g})",
+        f"robust ({evaluation.robust_over})",
         *(f"{curve.name}, linear / nonlinear" for curve in evaluation.curves[1:]),
         f"rms moment at {ride:g} m/s (kN m)",
     ]

@@ -14,15 +14,13 @@ from agents.controllers.learned import LearnedPolicy
 from agents.controllers.memory import BY_SPEED, Memory, MemorySettings
 from agents.controllers.network import Network, Normalization
 from agents.controllers.scheduled import ScheduledController, readings_of
+from agents.controllers.service import CONICITY, CREEP_FACTOR, varied
 from agents.evaluation.rollout import Rollout, Track
 from agents.learning.lessons import Lessons
 from agents.learning.policy_start import Aim, start_weights
 from railenv import Equipped
 
 Array = NDArray[np.float64]
-
-CONICITIES = (0.05, 0.4)
-"""Range over which the robust critical speed of a searched policy is looked at."""
 
 _SMALLEST_SCALE = 1e-3  # of an input
 
@@ -181,6 +179,6 @@ class Candidates:
 
     def robust(self, weights: Array) -> float:
         """Return the robust critical speed of weights (m/s), 0 if there is none."""
-        box = {"conicity": CONICITIES}
+        box = varied(self.model, {"conicity": CONICITY, "creep_factor": CREEP_FACTOR})
         found = design.robust_critical_speed(self.model, self.policy(weights, {}), box, samples=6)
         return found.speed or 0.0

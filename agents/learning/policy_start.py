@@ -60,22 +60,21 @@ class Target:
 
 
 def _targets() -> tuple[Target, ...]:
-    slow = (20.0, 30.0, 45.0, 65.0, 85.0, 100.0, 115.0, 135.0, 150.0, 157.0, 160.0, 162.0)
-    fast = (170.0, 190.0, 220.0, 250.0, 280.0)
-    poor = (40.0, 80.0, 120.0, 150.0, 170.0)
+    slow = (20.0, 30.0, 45.0, 65.0, 85.0, 100.0, 115.0, 122.0, 126.0, 129.0, 131.0, 133.0)
+    fast = (150.0, 170.0, 190.0, 220.0, 250.0)
+    poor = (20.0, 40.0, 80.0, 120.0, 133.0)
     return (
-        Target(conicities=(0.05, 0.1, 0.2, 0.3, 0.4), speeds=slow),
+        Target(conicities=(0.05, 0.1, 0.2, 0.3, 0.4), speeds=slow, creep_factor=1.4),
+        Target(conicities=(0.05, 0.1, 0.2, 0.3, 0.4), speeds=poor, creep_factor=0.6),
         Target(conicities=(0.05, 0.1), speeds=fast, weight=0.3),
         _curve(12000.0, 140.0, 160.0, 172.0),
         _curve(8000.0, 110.0, 130.0, 145.0, 155.0),
         _curve(5000.0, 90.0, 105.0, 115.0),
-        Target(conicities=(0.15, 0.25, 0.35), speeds=poor, creep_factor=0.65),
-        Target(conicities=(0.2,), speeds=(80.0, 120.0, 160.0, 180.0), creep_factor=0.8),
     )
 
 
 def _curve(radius: float, *speeds: float) -> Target:
-    return Target(conicities=(0.05,), speeds=speeds, radius=radius, cant=0.0873, weight=0.1)
+    return Target(conicities=(0.1,), speeds=speeds, radius=radius, cant=0.0873, weight=0.1)
 
 
 @dataclass(frozen=True, kw_only=True)

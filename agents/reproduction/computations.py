@@ -14,7 +14,11 @@ from agents.evaluation.diagram import closed_loop_diagram
 from agents.evaluation.evaluating import evaluate
 from agents.evaluation.evaluation import Plan
 from agents.evaluation.growth import linear_growth_rates
-from railenv import Bogie
+from design.reproduction.cases import Case
+from railenv import HIGH_SPEED_COACH_HOLLOW, Bogie
+
+CASE = Case("bogie", HIGH_SPEED_COACH_HOLLOW)
+"""The vehicle that the shipped controllers are for."""
 
 Stored = ScheduledController | LearnedPolicy
 """Controllers that files hold."""

@@ -46,8 +46,9 @@ def speeds(found: Sequence[Evaluation]) -> DataTable:
 
 def robust(found: Sequence[Evaluation]) -> DataTable:
     """Return the robust critical speeds and the vehicles that set them."""
-    header = ("controller", "reads", "robust_m_per_s", "worst_conicity")
-    rows = [(e.controller, e.observation, e.robust, e.worst.get("conicity")) for e in found]
+    header = ("controller", "reads", "robust_m_per_s", "worst_conicity", "worst_creep_factor")
+    names = ("conicity", "creep_factor")
+    rows = [(e.controller, e.observation, e.robust, *map(e.worst.get, names)) for e in found]
     return DataTable("hopf_push_robust", header, rows)
 
 

@@ -17,10 +17,9 @@ from agents.evaluation.evaluation import Evaluation, Plan
 from agents.evaluation.leaderboard import columns, ordered, row
 from agents.reproduction import computations, figures, words
 from agents.reproduction import data as tables
-from agents.reproduction.computations import Stored
+from agents.reproduction.computations import CASE, Stored
 from agents.reproduction.words import PASSIVE
 from design.reproduction import DataTable, Drawing, Piece, Section, Settings, pieces
-from design.reproduction.cases import COACH
 from design.reproduction.document import fragment
 from design.reproduction.section import Data
 from railenv.errors import ParameterError
@@ -79,7 +78,7 @@ class HopfPush(Section):
         return (*(of(name) for of in made for name in self._content), self._branch())
 
     def _piece(self, kind: str, function: Any, name: str, what: str, **inputs: Any) -> Piece:
-        inputs |= {"model": COACH.model, "name": name, "controller": self._content[name]}
+        inputs |= {"model": CASE.model, "name": name, "controller": self._content[name]}
         return Piece(f"hopf-push-{kind}-{name}", function, inputs, f"{what}, {name}", _CODE)
 
     def _evaluation(self, name: str) -> Piece:
@@ -102,7 +101,7 @@ class HopfPush(Section):
         return self._piece("growth", computations.growth, name, "growth rates", speeds=speeds)
 
     def _branch(self) -> Piece:
-        return pieces.branch(COACH, math.inf, self._settings)
+        return pieces.branch(CASE, math.inf, self._settings)
 
     def evaluations(self, data: Data) -> list[Evaluation]:
         """Return the evaluations, the best first."""
@@ -116,7 +115,7 @@ class HopfPush(Section):
         found = self.evaluations(data)
         push = fragment(
             "table.html",
-            paragraphs=words.paragraphs(found, agents.equipped(COACH.model)),
+            paragraphs=words.paragraphs(found, agents.equipped(CASE.model)),
             caption=words.caption_of_pushes(found),
             header=words.push_columns(found[0]),
             rows=words.pushes(found),

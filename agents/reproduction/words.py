@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from agents.evaluation.evaluation import Evaluation, written
 from agents.evaluation.leaderboard import push
 from agents.evaluation.nonlinear import OFFSET
-from design.reproduction.cases import COACH
+from agents.reproduction.computations import CASE
 from railenv import Equipped
 
 PASSIVE = "passive"
@@ -23,18 +23,18 @@ def passive(found: Sequence[Evaluation]) -> Evaluation:
 
 def paragraphs(found: Sequence[Evaluation], vehicle: Equipped) -> list[str]:
     """Return what is compared, and what the controllers that read sensors reach."""
-    low, high = found[0].plan.conicity
     actuator = vehicle.actuator
     told = [
-        f"The same questions about the {COACH.title}, now with an actuated yaw damper between "
+        f"The same questions about the {CASE.title}, now with an actuated yaw damper between "
         f"frame and body: at most {1e-3 * actuator.limit:g} kN m, a lag of {actuator.bandwidth:g} Hz "
         f"and a delay of {1e3 * actuator.delay:g} ms. The controllers are those that the package "
-        "ships.",
+        "ships. The treads are hollow: the contact angle moves with the shift, the faster the higher "
+        "the conicity is, as on wheels in service.",
         "Linear is the critical speed of the sampled closed loop. Nonlinear is the speed up to "
         f"which an offset of {1e3 * OFFSET:g} mm of all bodies dies out, or that at which established "
         "hunting stops when the vehicle slows down; the lower counts, and the linear one if it is "
-        "lower still. Robust is the speed up to which the loop is stable for every conicity from "
-        f"{low:g} to {high:g}.",
+        "lower still. Robust is the speed up to which the loop is stable with the wheels and rails of "
+        f"service ({found[0].robust_over}).",
     ]
     measurable = [e for e in found if e.observation == "sensors" and e.controller != PASSIVE]
     if measurable:
@@ -81,9 +81,8 @@ def _marks(found: Sequence[Evaluation]) -> str:
 
 def push_columns(evaluation: Evaluation) -> tuple[str, ...]:
     """Return the headings of the table of pushes."""
-    low, high = evaluation.plan.conicity
     curves = (f"{curve.name}, linear / nonlinear" for curve in evaluation.curves[1:])
-    return ("controller", "reads", "linear", "nonlinear", f"robust ({low:g} to {high:g})", *curves)
+    return ("controller", "reads", "linear", "nonlinear", f"robust ({evaluation.robust_over})", *curves)
 
 
 def pushes(found: Sequence[Evaluation]) -> list[tuple[str, ...]]:

@@ -1,7 +1,8 @@
 """Tuning of yaw-rate feedback and of LQG by search over a few numbers, on their robust stability.
 
-Both maximise the speed up to which every plant of a family (several conicities, from 20 m/s on) decays:
-what the evaluation calls the robust critical speed. The search is SciPy's differential evolution.
+Both maximise the speed up to which every plant of a family (several conicities and creep factors, from
+20 m/s on) decays: what the evaluation calls the robust critical speed. The search is SciPy's
+differential evolution.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from scipy import optimize
 
 from agents.controllers.lqg import LQG
 from agents.controllers.scheduled import CONTROL_PERIOD, ScheduledController, readings_of
+from agents.controllers.service import CONICITY
 from agents.controllers.yaw_rate import YawRateFeedback
 from agents.tuning.family import Family
 from design.linear.regulator import Disturbances, Weights
@@ -24,6 +26,7 @@ from railenv.threads import one_blas_thread
 Array = NDArray[np.float64]
 
 CONICITIES = (0.05, 0.1, 0.2, 0.3, 0.4)
+CREEP_FACTORS = (0.6, 1.0, 1.4)
 SPEEDS = tuple(float(v) for v in range(20, 261, 10))
 """m/s."""
 
@@ -68,8 +71,8 @@ def tune_lqg(
 ) -> LQG:
     """Tune what an LQG is designed with on its robust critical speed.
 
-    That is the conicity that it believes in, the weight of the moment, and the intensities of the
-    disturbances and of the noise.
+    That is the conicity that it believes in (where the contact has that number), the weight of the
+    moment, and the intensities of the disturbances and of the noise.
 
     Parameters
     ----------
@@ -82,11 +85,12 @@ def tune_lqg(
     period : float
         Control period, s.
     """
+    believes = "conicity" in model.variable_names
 
     def make(x: Array) -> LQG:
         moment, alignment, disturbance, accelerometer, gyro = np.exp(x[1:])
         made = LQG.design(
-            model.replace(conicity=float(x[0])),
+            model.replace(conicity=float(x[0])) if believes else model,
             speeds=speeds,
             weights=Weights(moment=float(moment)),
             disturbances=Disturbances(
@@ -97,11 +101,12 @@ def tune_lqg(
             ),
             period=period,
         )
-        made.about["design conicity"] = float(x[0])
+        if believes:
+            made.about["design conicity"] = float(x[0])
         return made
 
     bounds = [
-        (0.05, 0.4),
+        CONICITY,
         (np.log(0.1), np.log(30.0)),
         (np.log(1e-5), np.log(1e-2)),
         (np.log(1e-4), np.log(1.0)),
@@ -122,7 +127,7 @@ def _searched(
     """Return the best design that a search finds."""
     signals = [reading.signal for reading in readings_of(model, "sensors", period)]
     with one_blas_thread():
-        family = Family.of(model, signals, CONICITIES, SPEEDS, period)
+        family = Family.of(model, signals, CONICITIES, SPEEDS, period, creep_factors=CREEP_FACTORS)
 
         def cost(x: Array) -> float:
             try:
@@ -144,6 +149,7 @@ def _searched(
     best.about |= {
         "tuning": "differential evolution on robust stability",
         "conicities": list(CONICITIES),
+        "creep_factors": list(CREEP_FACTORS),
         "decay": DECAY,
         "evaluations": int(found.nfev),
         "seed": seed,

@@ -1,9 +1,9 @@
 """Tuning of structured output feedback by the gradient of the worst growth rate.
 
-Vehicles of several conicities at speeds up to a target make a family of linear plants. An eigenvalue's
-derivative with respect to the gains is known from its eigenvectors where the loop closes. So the worst
-growth rate of the family, as a soft maximum, is minimised with its gradient. The target speed rises as
-long as every plant of the family can be kept stable.
+Vehicles of several conicities and creep factors at speeds up to a target make a family of linear
+plants. An eigenvalue's derivative with respect to the gains is known from its eigenvectors where the
+loop closes. So the worst growth rate of the family, as a soft maximum, is minimised with its gradient.
+The target speed rises as long as every plant of the family can be kept stable.
 """
 
 from __future__ import annotations
@@ -38,7 +38,8 @@ class Goal:
 
     Attributes
     ----------
-    conicities : tuple of float
+    conicities, creep_factors : tuple of float
+        Every one with every other, as far as the vehicle has these numbers.
     speeds : tuple of float
         m/s; the target speed is added.
     decay : float
@@ -47,7 +48,8 @@ class Goal:
         Moment (share of the limit) that the sensors' noise alone may command.
     """
 
-    conicities: tuple[float, ...] = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4)
+    conicities: tuple[float, ...] = (0.05, 0.1, 0.2, 0.3, 0.4)
+    creep_factors: tuple[float, ...] = (0.6, 1.4)
     speeds: tuple[float, ...] = (20.0, 30.0, 40.0, 55.0, 70.0, 85.0, 100.0, 115.0, 130.0, 145.0)
     decay: float = 0.3
     noise: float = 0.08
@@ -210,13 +212,20 @@ class _Problem:
         self.signals = [reading.signal for reading in readings]
         self.parts = basis(model, readings, filters, period)
         self.noise = _let_through(model, filters, period)
-        self.base = Family.of(model, self.signals, goal.conicities, goal.speeds, period)
+        self.base = self._family(goal.speeds)
+
+    def _family(self, speeds: Sequence[float]) -> Family:
+        goal = self.goal
+        factors = goal.creep_factors
+        return Family.of(
+            self.model, self.signals, goal.conicities, speeds, self.period, creep_factors=factors
+        )
 
     def up_to(self, target: float) -> _Objective:
         """Return the objective over all plants up to a target speed (m/s)."""
         goal, base = self.goal, self.base
         extra = np.arange(max(goal.speeds) + 10.0, target, 10.0).tolist()
-        more = Family.of(self.model, self.signals, goal.conicities, [*extra, target], self.period)
+        more = self._family([*extra, target])
         below = base.speed < target
         family = Family(base.A[below], base.B[below], base.S, base.speed[below]).joined(more)
         return _Objective(family, self.parts, self.knots, goal, self.noise)

@@ -26,6 +26,7 @@ from design.stability.loss import CriticalSpeed
 Array = NDArray[np.float64]
 Limits = tuple[float, float]
 
+_SAME_MODE = 1e-3  # of an eigenvalue: those of tables jump a little where their cells meet
 _FIRST_AMPLITUDES = (0.1, 0.03, 0.3, 1.0)  # of the model's scale, tried in turn at a Hopf point
 _FIRST_STEP = 0.05
 _SMALLEST_STEP = 1e-5
@@ -398,7 +399,7 @@ def hopf_mode(shooting: Shooting, hopf: CriticalSpeed) -> NDArray[np.complex128]
     for part in shooting.parts(everything):
         values, vectors = np.linalg.eig(A[np.ix_(part, part)])
         k = int(np.argmin(np.abs(values - hopf.eigenvalue)))
-        if abs(values[k] - hopf.eigenvalue) > 1e-6 * abs(hopf.eigenvalue):
+        if abs(values[k] - hopf.eigenvalue) > _SAME_MODE * abs(hopf.eigenvalue):
             continue
         shape = vectors[:, k] / model.scale[part]
         largest = np.argmax(np.abs(shape[: max(len(shape) // 2, 1)]))

@@ -11,7 +11,7 @@ from rich.table import Table
 
 from railenv.cli.common import model_of, out, print_json, save
 from railenv.cli.controllers import controllers as controllers_named
-from railenv.cli.options import JsonOption, PlotOption, SetOption, VehicleOptions, with_groups
+from railenv.cli.options import ControlledVehicleOptions, JsonOption, PlotOption, SetOption, with_groups
 from railenv.models import Model
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ def evaluate(
         list[str] | None,
         typer.Argument(help="Shipped controllers or files; all shipped ones when left out."),
     ] = None,
-    plant: VehicleOptions,
+    plant: ControlledVehicleOptions,
     changes: SetOption = None,
     quick: Annotated[bool, typer.Option("--quick", help="Tangent track and one curve only.")] = False,
     store: Annotated[

@@ -56,19 +56,22 @@ PlotOption = Annotated[
 ]
 
 
+VehicleOption = Annotated[
+    str,
+    typer.Option(
+        "--vehicle",
+        "-v",
+        help="A shipped vehicle (`railenv vehicles` lists them) or a TOML file: a bogie's numbers, "
+        "or the parts of a vehicle.",
+    ),
+]
+
+
 @dataclass(frozen=True)
 class VehicleOptions:
     """Which vehicle, and how much of it."""
 
-    vehicle: Annotated[
-        str,
-        typer.Option(
-            "--vehicle",
-            "-v",
-            help="A shipped vehicle (TABLE_1, TABLE_1_PRINTED_LOADS, HIGH_SPEED_COACH) or a TOML file: "
-            "a bogie's numbers, or the parts of a vehicle.",
-        ),
-    ] = "HIGH_SPEED_COACH"
+    vehicle: VehicleOption = "HIGH_SPEED_COACH"
     model: Annotated[
         ModelName,
         typer.Option(
@@ -78,6 +81,13 @@ class VehicleOptions:
             "of parts is its own model.",
         ),
     ] = "bogie"
+
+
+@dataclass(frozen=True)
+class ControlledVehicleOptions(VehicleOptions):
+    """Which vehicle controllers are designed for and compared on: that of the environments."""
+
+    vehicle: VehicleOption = "HIGH_SPEED_COACH_HOLLOW"
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from rich.console import Console
 
 from railenv import checks
 from railenv.cli.common import model_of, out
-from railenv.cli.options import SetOption, VehicleOptions, with_groups
+from railenv.cli.options import ControlledVehicleOptions, SetOption, with_groups
 from railenv.models import Model
 
 
@@ -19,7 +19,7 @@ def tune(
     *,
     kind: Annotated[str, typer.Argument(help="passive, yaw-rate, lqg, output-feedback, lqr, ...")],
     file: Annotated[Path, typer.Option("--out", help="File to write the controller to (npz).")],
-    plant: VehicleOptions,
+    plant: ControlledVehicleOptions,
     changes: SetOption = None,
 ) -> None:
     """Design and tune a controller for a vehicle, as the shipped ones were for the coach."""

@@ -54,12 +54,12 @@ REACH = 0.020
 FLANGE_SLOPE = 0.5
 """Tangent of the contact angle from which on a wheel is said to run on its flange."""
 
-_NEWTON_STEPS = 6
-_BLEND = 0.02  # of the tangent, within which a rail begins to give way
-_ONWARDS = 0.05  # least change of the shift over that of the contact, on a rail that yields
 STEEP = 0.98
 """Share of the largest slope down to which a flange counts as at its steepest."""
 
+_NEWTON_STEPS = 6
+_BLEND = 0.02  # of the tangent, within which a rail begins to give way
+_ONWARDS = 0.05  # least change of the shift over that of the contact, on a rail that yields
 _END = 5e-4  # m; contact nearer to the end of a profile's points is not trusted
 _FLANGE_DROP = 6e-3  # m below the tape circle, where no tread is
 _RIGID_STEP = 1e-5  # m

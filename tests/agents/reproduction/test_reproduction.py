@@ -24,7 +24,7 @@ DAMPER = "damper-1"
 
 @pytest.fixture(scope="module")
 def controllers():
-    coach = railenv.Bogie(railenv.HIGH_SPEED_COACH)
+    coach = railenv.Bogie(railenv.HIGH_SPEED_COACH_HOLLOW)
     damper = agents.YawRateFeedback.design(coach, gain=5e4)
     return {"passive": agents.Passive.design(coach), DAMPER: damper}
 
@@ -48,8 +48,8 @@ def stored():
 def test_section_shows_what_the_evaluation_finds(written):
     section, report, directory = written
     passive, damped = sorted(section.evaluations(report.data), key=lambda e: e.controller == DAMPER)
-    assert passive.linear == pytest.approx(116.1213, rel=1e-4)
-    limit_cycles = report.data["branch-tangent-bogie-HIGH_SPEED_COACH"]["branch"]
+    assert passive.linear == pytest.approx(114.2856, rel=1e-4)
+    limit_cycles = report.data["branch-tangent-bogie-HIGH_SPEED_COACH_HOLLOW"]["branch"]
     assert passive.nonlinear == pytest.approx(limit_cycles.nonlinear_critical_speed, rel=0.01)
     assert damped.linear > passive.linear + 1.0
     columns = json.loads((directory / "data" / "hopf_push.json").read_text())

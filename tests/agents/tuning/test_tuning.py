@@ -18,7 +18,7 @@ CONICITIES, SPEEDS = (0.05, 0.3), (60.0, 110.0, 140.0)
 
 @pytest.fixture(scope="module")
 def coach():
-    return railenv.Equipped(railenv.Bogie(railenv.HIGH_SPEED_COACH))
+    return railenv.Equipped(railenv.Bogie(railenv.HIGH_SPEED_COACH_HOLLOW))
 
 
 @pytest.fixture(scope="module")

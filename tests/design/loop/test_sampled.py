@@ -236,7 +236,7 @@ def test_robust_critical_speed_says_when_low_speed_is_unstable(coach):
         ({}, ParameterError, "box is empty"),
         ({"conicityy": (0.1, 0.2)}, UnknownNameError, "conicityy"),
         ({"conicity": (0.3, 0.2)}, ParameterError, "the lowest must not exceed the highest"),
-        ({"conicity": (0.1, 0.9)}, ParameterError, "conicity is 0.9"),
+        ({"conicity": (0.1, 0.9)}, ParameterError, "conicity of Cone is 0.9"),
         ({"conicity": 0.2}, ParameterError, "must be a pair"),
     ],
 )

@@ -34,7 +34,7 @@ def test_first_page_is_printed_within_80_columns_and_written(tmp_path):
     assert found.exit_code == 0, found.output
     assert max(map(len, found.output.splitlines())) <= 80
     row = next(line for line in found.output.splitlines() if "HIGH_SPEED_COACH bogie" in line)
-    assert row.split()[2:] == ["116.1", "106.8", "95.5", "48.1", "f", "85.5", "w"]
+    assert row.split()[2:] == ["116.5", "107.0", "95.7", "48.6", "f", "83.8", "w"]
     document = Reader((tmp_path / "report.html").read_text())
     assert document.tags.count("figure") == 4
     assert all(value.startswith("data:") for value in document.loads)

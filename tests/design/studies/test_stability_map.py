@@ -214,7 +214,7 @@ def test_controllers_are_known_by_what_they_do(equipped):
         ({"radius": RADII, "conicity": [0.1]}, {}, "at least 2 numbers"),
         ({"radius": RADII, "conicity": [0.1, 0.3, 0.2]}, {}, "strict order"),
         ({"radius": [-500.0, 500.0, 1000.0, math.inf], "cant": [0, 0.1]}, {}, "order of the curvature"),
-        ({"radius": RADII, "conicity": [0.1, 0.9]}, {}, "conicity is 0.9; it must be"),
+        ({"radius": RADII, "conicity": [0.1, 0.9]}, {}, "conicity of Cone is 0.9; it must be"),
         ({"radius": RADII, "conicity": [0.1, math.inf]}, {}, "conicity"),
         ({"radius": RADII, "cant": [0.0, 0.9]}, {}, "cant is 0.9 rad"),
         ({"radius": RADII, "cant": [0.0, 0.1]}, {"cant": 0.1}, "cant is both an axis and held"),
