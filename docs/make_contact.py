@@ -68,10 +68,6 @@ def laws() -> str:
             for c in (0.05, 0.1, 0.2, 0.4)
         ),
         ("S1002, new", ON_PROFILES),
-        (
-            "the same, on rails that do not yield",
-            ON_PROFILES.replace(contact=railenv.ProfilePair(rail_yield=0.0)),
-        ),
         ("S1002, worn", railenv.HIGH_SPEED_COACH_S1002_WORN),
     ]
     rows = [(name, *_parameters(v.contact), *_onset(v)) for name, v in cases if v.contact]
