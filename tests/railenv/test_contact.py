@@ -726,7 +726,9 @@ def test_flange_of_profiles_is_as_stiff_as_the_rail_to_the_side():
         np.array([made.table("profiles")(e, 1, 1) for e in eta]) * load for made in (pair, rigid)
     )
     # thrust over shift; rail and profile yield one after the other
-    assert 0.9 * lateral < soft.max() < 1.02 * lateral
+    slope = np.array([pair.table("profiles")(e, 0, 1) for e in eta])
+    climbing = (slope > 0.5) & (slope < 2.0)
+    assert 0.9 * lateral < np.median(soft[climbing]) < 1.02 * lateral
     assert firm.max() > 5.0 * lateral
 
 
