@@ -162,6 +162,8 @@ class Vehicle(ParameterRecord):
         super().__post_init__()
         given: Any = self.contact
         conicity, contact = resolved(str(self.name), self.conicity, given)
+        for field in contact.number_fields():  # texts belong to the parts of an assembly
+            contact.checked(field, getattr(contact, field))
         object.__setattr__(self, "conicity", conicity)
         object.__setattr__(self, "contact", contact)
         for label in ("name", "provenance"):
