@@ -163,8 +163,8 @@ class Vehicle(ParameterRecord):
         super().__post_init__()
         given: Any = self.contact
         conicity, contact = resolved(str(self.name), self.conicity, given)
-        for name in contact.number_fields():
-            checks.number(name, getattr(contact, name))  # texts are for parts of an assembly
+        for field in contact.number_fields():  # texts belong to the parts of an assembly
+            contact.checked(field, getattr(contact, field))
         object.__setattr__(self, "conicity", conicity)
         object.__setattr__(self, "contact", contact)
         for label in ("name", "provenance"):
