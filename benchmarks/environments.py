@@ -41,13 +41,21 @@ FRAME_REPETITIONS = 40
 MEMORY_STEPS, MEMORY_DURATION = 1000, 2.0  # steps of all environments; s, so that episodes end twice
 LARGEST_GROWTH = 4.0  # MiB
 EQUIPPED: dict[str, Any] = {"observation": "sensors", "history": 3, "track": "curve"}
-RANDOM = {"conicity": (0.03, 0.07), "friction": (0.2, 0.4), "body_mass": (30e3, 38e3)}
+CONTACTS = {  # vehicles that differ in the contact only
+    "a cone": "HIGH_SPEED_COACH",
+    "a hollow tread": "HIGH_SPEED_COACH_HOLLOW",
+    "profiles": "HIGH_SPEED_COACH_S1002",
+}
+CONTACT_SPEEDS = (60.0, 80.0)  # m/s; the coach on profiles hunts from 85 m/s
+LARGEST_RATIO = 1.2  # of a step on profiles to one on cones
+RANDOM = {"conicity": (0.05, 0.1), "friction": (0.2, 0.4), "body_mass": (30e3, 38e3)}
 
 
 def rows() -> Iterator[Row]:
     """Measure everything of this module."""
     yield from _steps()
     yield from _vectors()
+    yield from _contacts()
     yield from _resets()
     yield from _frames()
     yield from _memory()
@@ -92,9 +100,9 @@ def _steps() -> Iterator[Row]:
         )
 
 
-def _single_case(name: str) -> list[Action]:
+def _single_case(name: str, **keywords: Any) -> list[Action]:
     """Return the steps of an environment, and the integration that they contain."""
-    env = _single(name, tangent_share=0.0)  # on a curve no state decays to zero
+    env = _single(name, tangent_share=0.0, **keywords)  # on a curve no state decays to zero
     env.reset(seed=0)
     action = _zeros(env)
     fleet = env.unwrapped.fleet  # type: ignore[attr-defined]
@@ -198,6 +206,42 @@ def _vector_rows(name: str, times: list[float], cartpole: float) -> Iterator[Row
         f"CartPoleVectorEnv of {ENVIRONMENTS}, {number(_million(cartpole))}",
         rate / _million(cartpole),
     )
+
+
+def _contacts() -> Iterator[Row]:
+    """Steps on each kind of contact beside those on cones, measured in turn."""
+    name = "railenv/Bogie-v1"
+    of_contact = [{"vehicle": v, "speed_range": CONTACT_SPEEDS} for v in CONTACTS.values()]
+    singles = [_single_case(name, **keywords)[0] for keywords in of_contact]
+    vectors = []
+    for keywords in of_contact:
+        env = _vector(name, ENVIRONMENTS, **keywords)
+        env.reset(seed=0)
+        vectors.append(partial(env.step, _zeros(env)))
+    single = shortest(singles, STEP_REPETITIONS)
+    vector = shortest(vectors, VECTOR_REPETITIONS)
+    for kind, alone, many in zip(CONTACTS, single, vector, strict=True):
+        if kind == "a cone":
+            continue
+        yield Row(
+            f"env.step of {name} on {kind}",
+            alone / STEP_CALLS * 1e6,
+            "µs",
+            f"shortest of {STEP_REPETITIONS}",
+            f"on a cone, {with_unit(single[0] / STEP_CALLS, 'µs')}",
+            alone / single[0],
+            f"at most {LARGEST_RATIO:g}",
+            alone <= LARGEST_RATIO * single[0],
+        )
+        yield Row(
+            f"vector environment of {name} on {kind}, {ENVIRONMENTS} environments, "
+            f"{usable_threads()} threads",
+            _million(many),
+            "million steps/s",
+            f"shortest of {VECTOR_REPETITIONS}",
+            f"on a cone, {number(_million(vector[0]))}; the ratio is that of the times",
+            many / vector[0],
+        )
 
 
 def _million(seconds: float, n: int = ENVIRONMENTS) -> float:

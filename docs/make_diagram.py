@@ -109,8 +109,9 @@ WINGS: dict[str, tuple[tuple[Room, ...], ...]] = {
         (("simulation", "one run"), ("batch", "many in lanes"), ("equilibrium", "and branches")),
         (("equipment", "actuators, sensors"), ("models", "Bogie and others"), ("model", "any")),
         (("vehicles", "parts, records, TOML"), ("kernels", "trace, compile, run")),
-        (("contact", "Hertz, Kalker's coefficients, FASTSIM"),),
-        (("equations", "contact, elements, bodies, motion, equipped"),),
+        (("contact", "contact laws, profiles, Hertz, Kalker, FASTSIM"),),
+        (("fields", "numbers and texts"), ("tables", "cubics on a grid")),
+        (("equations", "contact, shapes, elements, bodies, motion, equipped"),),
     ),
 }
 """Rooms of each wing, floor by floor from the top; a floor imports from those below it."""

@@ -14,13 +14,15 @@ import equations_contact
 import equations_cooperrider
 import equations_elements
 import equations_equipment
+import equations_shapes
 import equations_vehicles
 from blocks import refilled
 
 PAGE = Path(__file__).resolve().parent / "physics.md"
 
 SHOWN = (
-    equations_contact.BLOCKS
+    equations_shapes.BLOCKS
+    | equations_contact.BLOCKS
     | equations_elements.BLOCKS
     | equations_vehicles.BLOCKS
     | equations_equipment.BLOCKS

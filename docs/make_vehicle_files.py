@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -13,12 +14,37 @@ sys.path += [str(DOCS), str(DOCS.parent)]
 
 from blocks import refilled  # noqa: E402
 
+from railenv.contact.given import LAWS  # noqa: E402
+from railenv.contact.laws import ContactLaw  # noqa: E402
+from railenv.contact.profiles import SHIPPED  # noqa: E402
 from railenv.vehicles import ParameterRecord, describe, files  # noqa: E402
 from railenv.vehicles.actuators import Actuator, Sensors  # noqa: E402
 from railenv.vehicles.elements import BODIES, ELEMENTS, Part  # noqa: E402
 
 PAGE = DOCS / "vehicle-files.md"
 _HEAD = "| field | unit | meaning | default | allowed |\n|---|---|---|---|---|"
+
+
+PAIR = {
+    "wheel": ("", "profile of the wheel"),
+    "rail": ("", "profile of the rail"),
+    "inclination": ("rad", "lean of the rail towards the track's centre; 0 if measured in the track"),
+    "gauge": ("m", "distance of the rails"),
+    "back_to_back": ("m", "distance of the backs of the flanges"),
+    "nominal_radius": ("m", "radius of the wheel at its tape circle"),
+    "tape_circle": ("m", "distance of the tape circle from the back of the flange"),
+    "gauge_depth": ("m", "depth below the top of the rail where the gauge is measured"),
+    "width": ("m", "width of the weights: b^2 / 5R of the contact patch"),
+    "step": ("m", "step of the search over the shift"),
+    "rail_yield": (
+        "m",
+        "wheel load over the lateral stiffness of the rail; 0 for a rail that does not yield",
+    ),
+    "grid": ("m", "step of the tables that the equations of motion read"),
+    "new": ("", "the new pair, a table of law `profiles`"),
+    "worn": ("", "the worn pair, a table of law `profiles`"),
+}
+"""Unit and meaning of the fields of contact laws that are no numbers of the equations."""
 
 
 def _row(name: str, unit: str, meaning: str, default: str, allowed: str) -> str:
@@ -31,6 +57,8 @@ def _default(field: dataclasses.Field[object]) -> str:
         return "must be given"
     if field.default is None:
         return "left out"
+    if isinstance(field.default, float):
+        return f"`{field.default:g}`"
     return f"`{str(field.default).lower()}`" if field.default is False else f'`"{field.default}"`'
 
 
@@ -40,6 +68,10 @@ def _allowed(field: dataclasses.Field[object]) -> str:
         return ", ".join(f'`"{value}"`' for value in field.metadata["allowed"])
     if field.name == "between":
         return "two names"
+    if field.name in ("contact", "right_contact"):
+        return "a table, [contact laws](#contact-laws)"
+    if field.name == "conicity":
+        return "above 0, at most 0.7"
     if "table" in field.metadata:
         return "`[[...], [...]]`"
     bounds = field.metadata.get("bounds")
@@ -58,6 +90,29 @@ def table(kind: type[Part]) -> str:
         for f in dataclasses.fields(kind)
     ]
     return "\n".join([said.replace("``", "`"), "", _HEAD, *rows])
+
+
+def _law_row(field: dataclasses.Field[object]) -> str:
+    """Return the row of one field of a contact law."""
+    if "bounds" in field.metadata:
+        unit, meaning, allowed = field.metadata["unit"], field.metadata["meaning"], _allowed(field)
+    else:
+        unit, meaning = PAIR[field.name]
+        shipped = ", ".join(f'`"{n}"`' for n, kind in SHIPPED.items() if kind == field.name)
+        allowed = f"{shipped}, a file, or points" if shipped else "a number" if unit else "a table"
+    return _row(field.name, unit, meaning, _default(field), allowed)
+
+
+def contact_laws() -> str:
+    """Return the tables of all contact laws, each below what it is."""
+    return "\n\n".join(_law(kind) for kind in LAWS)
+
+
+def _law(kind: type[ContactLaw]) -> str:
+    said = (inspect.getdoc(kind) or "").partition("\n\nParameters")[0]
+    said = re.sub(r":(?:class|meth|func):`(.+?)`", r"`\1`", said).replace("``", "`")
+    rows = [_law_row(f) for f in dataclasses.fields(kind)]
+    return "\n".join([f'### `law = "{kind.kind}"`', "", said, "", _HEAD, *rows])
 
 
 def whole() -> str:
@@ -103,7 +158,7 @@ def makers() -> dict[str, Callable[[], str]]:
     def of(kind: type[Part]) -> Callable[[], str]:
         return lambda: table(kind)
 
-    equipment = {"actuator": actuator, "sensors": sensors}
+    equipment = {"actuator": actuator, "sensors": sensors, "contact laws": contact_laws}
     return {"vehicle": whole, **equipment, **{kind.kind: of(kind) for kind in (*BODIES, *ELEMENTS)}}
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import sympy
 
-from railenv.equations import contact
+from railenv.equations import contact, shapes
 from railenv.equations.coordinates import Motion, Rail, Running, Wrench
 from railenv.equipment import Actuator, Sensors
 from railenv.vehicles import CooperriderParameters, Vehicle, describe
@@ -50,27 +50,74 @@ def like(kind: Any, text: str, index: str) -> Any:
     return kind(*(sympy.Symbol(part.replace("@", index)) for part in text.split()))
 
 
-P = parameters(Vehicle, Actuator, Sensors)
+def law(kind: shapes.Law) -> SimpleNamespace:
+    """Return symbols for the numbers of a contact law."""
+    numbers = {
+        "conicity": r"\lambda",
+        "contact_angle": r"\tau_{0}",
+        "contact_angle_rate": r"\tau'_{0}",
+        "wheel_profile_radius": "R_{w}",
+        "rail_profile_radius": "R_{r}",
+        "wear": "w",
+        "profiles": "T",
+        "new": r"T^{\mathrm{new}}",
+        "worn": r"T^{\mathrm{worn}}",
+    }
+    return SimpleNamespace(law=kind, **{name: sympy.Symbol(text) for name, text in numbers.items()})
+
+
+def wheelset_with(kind: shapes.Law, **values: Any) -> SimpleNamespace:
+    """Return symbols for the numbers of a wheelset whose wheels have a contact law."""
+    numbers = {
+        "radius_difference": sympy.Symbol(r"\Delta r_{0}"),
+        "creep_load": sympy.Symbol("N_{0}"),
+        "saturation": "heuristic",
+        "saturation_of": "wheelset",
+    }
+    laws = {"left": law(kind), "right": law(kind)}
+    return parameters(Vehicle, Actuator, Sensors, **{**numbers, **laws, **values})
+
+
+class Side(sympy.Symbol):
+    """The side of a wheel, whose laws are those of the left one where both are alike."""
+
+    def __gt__(self, other: Any) -> bool:
+        """Choose the numbers of the left wheel."""
+        return True
+
+
+P = wheelset_with(shapes.CONE)
 COOPERRIDER = parameters(CooperriderParameters)
 RUN = Running(*map(sympy.Symbol, ("V", r"\kappa", r"\phi_{se}")))
 RAIL = Rail(*map(sympy.Symbol, ("y_{t}", "z_{t}", r"\phi_{t}")))
-SIDE = sympy.Symbol(r"\sigma")
+SIDE = Side(r"\sigma")
 WHEELSET = sympy.Symbol("s")
 W, FRAME = moving(), moving("b")
 ALPHA, BETA = sympy.Symbol(r"\alpha"), sympy.Symbol(r"\beta")
 EPSILON, WIDTH = sympy.Symbol(r"\varepsilon"), sympy.Symbol("w")
 
-WHEEL = r"@ r_{@} \gamma_{@} N_{y@} N_{z@} N_{@} F^{\ast}_{x@} F^{\ast}_{y@} M^{\ast}_{z@}"
-RAIL_FORCE = r"@ F_{x@} F_{y@} F_{z@} M_{x@} M_{z@} R_{x@} R_{y@} R_{z@}"
+TOUCH = r"H_{@} H'_{@} \rho_{@} B_{@}"
+PLACE = r"\Delta_{@} r_{@} \tau_{@} \chi_{@} R_{y@}"
+NORMAL = "N_{z@} N_{y@} M_{Nx@} M_{Nz@} N_{@}"
+CREEP = r"F^{\ast}_{x@} F^{\ast}_{y@} M^{\ast}_{z@}"
+RAIL_FORCE = "@ F_{x@} F_{y@} F_{z@} M_{x@} M_{z@}"
 SUSPENSION = "F_{sy@} F_{sz@} M_{sx@} M_{sz@}"
 REACTION = r"\bar~F_{sy@} \bar~F_{sz@} \bar~M_{sx@} \bar~M_{sz@}"
 SECONDARY = "F_{2y} F_{2z} M_{2x} M_{2z}"
 CONTACT = "F_{cy} F_{cz} M_{cx} M_{cz}"
 
 
+def point_symbols(index: str, kind: shapes.Law = shapes.CONE) -> contact.Point:
+    """Return the contact of one wheel, as symbols."""
+    side, anchor, level = map(sympy.Symbol, (index, "a_{0}", "d_{0}"))
+    touch = like(shapes.Touch, TOUCH, index)
+    return contact.Point(side, law(kind), anchor, level, touch, *marks(PLACE, index))
+
+
 def wheel_symbols(index: str) -> contact.Wheel:
     """Return what one wheel feels, as symbols."""
-    return like(contact.Wheel, WHEEL, index)
+    normal = like(contact.Normal, NORMAL, index)
+    return contact.Wheel(point_symbols(index), normal, *marks(CREEP, index))
 
 
 def acting(wrench: Wrench) -> list[Any]:

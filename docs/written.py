@@ -17,6 +17,9 @@ from railenv.equations.symbolic import TableValue, WherePositive
 LONGEST_LINE = 84
 """Width, in printed characters, beyond which a sum is broken into lines."""
 
+_NAMES = {"atan": "arctan"}
+_FUNCTIONS = sympy.tan | sympy.sin | sympy.cos | sympy.atan
+
 Names = Mapping[sympy.Expr, sympy.Expr]
 
 
@@ -152,14 +155,31 @@ def latex(expression: sympy.Expr) -> str:
     if isinstance(expression, WherePositive):
         return _latex_choice(expression)
     if isinstance(expression, TableValue):
-        name, x, order = expression.args
-        return rf"{latex(name)}{chr(39) * int(order)}\left( {latex(x)} \right)"
-    if isinstance(expression, sympy.tan | sympy.sin | sympy.cos):
+        return _latex_table(expression)
+    if isinstance(expression, sympy.exp):
+        return _latex_root(expression)
+    if isinstance(expression, _FUNCTIONS):
         argument = latex(expression.args[0])
-        return rf"\{expression.func.__name__} {_bracketed(argument, expression.args[0].is_Symbol)}"
+        name = _NAMES.get(expression.func.__name__, expression.func.__name__)
+        return rf"\{name} {_bracketed(argument, expression.args[0].is_Symbol)}"
     if expression.is_Symbol:
         return str(expression.name)
     raise TypeError(f"no LaTeX for {expression!r}")
+
+
+def _latex_table(expression: sympy.Expr) -> str:
+    """Write a value of a table; the columns of one that has several are counted from 1."""
+    name, x, order, column, columns = expression.args
+    index = f"_{{{column + 1}}}" if columns > 1 else ""
+    return rf"{latex(name)}{index}{chr(39) * int(order)}\left( {latex(x)} \right)"
+
+
+def _latex_root(expression: sympy.Expr) -> str:
+    """Write exp(log(x) / n), which is how equations take a root that is not square."""
+    factors = expression.args[0].args
+    root = sympy.Mul(*[1 / f for f in factors if f.is_Number])
+    (logarithm,) = (f for f in factors if isinstance(f, sympy.log))
+    return rf"\sqrt[{root}]{{{latex(logarithm.args[0])}}}"
 
 
 def _bracketed(text: str, plain: bool) -> str:
@@ -240,7 +260,9 @@ def _latex_power(base: sympy.Expr, exponent: sympy.Expr) -> str:
         name = rf"\{base.func.__name__}^{{{exponent}}}"
         return f"{name} {_bracketed(latex(argument), argument.is_Symbol)}"
     text = latex(base)
-    plain = base.is_Symbol and (("^" not in text and " " not in text) or text.startswith(r"\dot"))
+    plain = base.is_Symbol and (
+        not any(mark in text for mark in ("^", "'", " ", r"\sin", r"\cos")) or text.startswith(r"\dot")
+    )
     return f"{_bracketed(text, plain)}^{{{exponent}}}"
 
 

@@ -27,6 +27,7 @@ from railenv.vehicles.assembly import AssembledEquations, Assembly
 from railenv.vehicles.declared import DeclaredEquations, MovingBody
 from railenv.vehicles.elements import Wheelset
 from railenv.vehicles.guided import KINEMATIC_AMPLITUDE, Guided
+from railenv.vehicles.vehicle import SWITCHES
 
 __all__ = ["Assembled", "Bogie", "CooperriderBogie", "DualWheelset", "Model"]
 
@@ -285,8 +286,15 @@ def _assembly(name: str, law: ContactLaw, creep: tuple[tuple[str, str], ...]) ->
         dataclasses.replace(body, **given) if isinstance(body, Wheelset) else body
         for body in fields["bodies"]
     ]
+    usual = TABLE_1.parameters()
     numbers = {field: law.example[field] for field in law.number_fields()}
-    return Assembly(**fields, parameters={**TABLE_1.parameters(), **numbers})
+    # in the order of Vehicle.parameters, so that a vehicle and its assembly share their kernels
+    parameters = {
+        **{name: usual[name] for name in QUANTITIES},
+        **numbers,
+        **{name: usual[name] for name in SWITCHES},
+    }
+    return Assembly(**fields, parameters=parameters)
 
 
 class Bogie(_VehicleModel):

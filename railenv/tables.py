@@ -25,6 +25,9 @@ Array = NDArray[np.float64]
 WIDE = 4
 """Columns in the cells of a table of several; what it lacks is filled up with zeros."""
 
+ALIGNED = 4 * WIDE
+"""Numbers in the widest cell: where tables start is a multiple of it."""
+
 _MOST_EXACT = 256
 """Cells of the largest grid on which points are looked for."""
 
@@ -48,11 +51,14 @@ class Table:
         Of 1, t, t^2, t^3 in each cell, t from 0 to 1, column after column.
     points : tuple of two tuples of float
         What it was made from, for files; empty where it was made from samples.
+    level : tuple of int
+        Columns that keep their value beyond the ends: slopes of columns that go on straight.
     """
 
     x: Array
     coefficients: Array
     points: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())
+    level: tuple[int, ...] = ()
 
     @classmethod
     def through(cls, x: ArrayLike, y: ArrayLike, *, odd: bool = False, name: str = "table") -> Self:
@@ -122,13 +128,16 @@ class Table:
         return cls(px, np.concatenate(parts, axis=1))
 
     def with_slope(self, column: int) -> Table:
-        """Return the table with the exact slope of a column behind that column."""
+        """Return the table with the exact slope of a column behind that column, beyond its ends too."""
         parts = self.coefficients.reshape(len(self.coefficients), -1, 4)
         per = 1.0 / np.diff(self.x)[:, None]
         slope = np.zeros_like(parts[:, column])
         slope[:, :3] = parts[:, column, 1:] * [1.0, 2.0, 3.0] * per
         added = np.insert(parts, column + 1, slope, axis=1)
-        return dataclasses.replace(self, coefficients=added.reshape(len(parts), -1))
+        level = tuple(c + (c > column) for c in self.level)
+        return dataclasses.replace(
+            self, coefficients=added.reshape(len(parts), -1), level=(*level, column + 1)
+        )
 
     def __call__(self, x: Any, order: int = 0, column: int = 0) -> Any:
         """Return value or derivative at a float, or a complex number whose real part says where."""
@@ -141,6 +150,8 @@ class Table:
         a, b, c, d = self.coefficients[cell, 4 * column : 4 * column + 4].tolist()
         t = (held - low) * per - cell
         value, slope = a + t * (b + t * (c + t * d)), per * (b + t * (2.0 * c + 3.0 * t * d))
+        if not inside and column in self.level:
+            slope = 0.0 * x
         if order == 0:
             return value + slope * (x - held)
         if order == 1:
@@ -154,6 +165,7 @@ class Table:
             isinstance(other, Table)
             and np.array_equal(self.x, other.x)
             and np.array_equal(self.coefficients, other.coefficients)
+            and self.level == other.level
         )
 
     @cached_property
@@ -174,16 +186,23 @@ class Table:
         before[0, :, 1], before[0, :, 0] = inner[0, :, 1], inner[0, :, 0] - inner[0, :, 1]
         behind[0, :, 0] = inner[-1].sum(axis=1)
         behind[0, :, 1] = inner[-1] @ [0.0, 1.0, 2.0, 3.0]
+        for column in self.level:
+            before[0, column] = inner[0, column, 0], 0.0, 0.0, 0.0
+            behind[0, column, 1] = 0.0
         cells = np.concatenate([before, inner, behind]).transpose(0, 2, 1)
         spare = width(cells.shape[2]) - cells.shape[2]
         return np.pad(cells, [(0, 0), (0, 0), (0, spare)]).ravel()
 
     @property
     def grid(self) -> tuple[float, float, float]:
-        """Where the cells that a kernel reads start, how many there are per unit of x, the last one."""
+        """Where the cells that a kernel reads start, how many there are per unit of x, the last one.
+
+        A kernel looks no further than the third number. It is a quarter into the last cell, since on
+        the border a kernel may take the cell before, whose cubic must not go on beyond its end.
+        """
         cells = len(self.coefficients)
         width = float(self.x[-1] - self.x[0]) / cells
-        return float(self.x[0]) - width, 1.0 / width, cells + 1.0
+        return float(self.x[0]) - width, 1.0 / width, cells + 1.25
 
     def inverse(self, *, name: str = "table") -> Table:
         """Return x over y, for a characteristic that rises everywhere.
@@ -213,7 +232,8 @@ def names_of(table: str) -> tuple[str, str, str, str]:
 def pack(tables: Sequence[Mapping[str, Table]]) -> tuple[Array | None, list[list[float]]]:
     """Return all distinct tables in one vector, and for each system the numbers of :func:`names_of`.
 
-    Without tables there is no vector: None costs a call of a kernel less than an array.
+    Without tables there is no vector: None costs a call of a kernel less than an array. Tables start at
+    multiples of :data:`ALIGNED`, so that float32 tells where a cell is, however many there are.
 
     Parameters
     ----------
@@ -221,12 +241,13 @@ def pack(tables: Sequence[Mapping[str, Table]]) -> tuple[Array | None, list[list
         One mapping per system, with the same names in the same order.
     """
     starts: dict[Table, float] = {}
-    parts, end = [np.zeros(1)], 1
+    parts, end = [np.zeros(ALIGNED)], ALIGNED
     for system in tables:
         for table in system.values():
             if table not in starts:
                 starts[table] = float(end)
-                parts.append(table.packed())
+                numbers = table.packed()
+                parts.append(np.pad(numbers, (0, -len(numbers) % ALIGNED)))
                 end += len(parts[-1])
     packed = np.concatenate(parts) if starts else None
     return packed, [

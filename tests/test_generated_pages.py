@@ -22,11 +22,14 @@ from railenv.equations import (
     bodies,
     contact,
     cooperrider,
+    creep,
     elements,
     loads,
     motion,
     sensors,
+    shapes,
 )
+from railenv.equations.functions import atan, exp, log
 from railenv.equations.symbolic import TableValue, WherePositive
 from tests.pages import DOCS, ROOT, script
 
@@ -47,7 +50,7 @@ def test_equations_of_the_page_are_those_of_the_code():
 
 
 def test_page_has_every_equation_of_the_code():
-    modules = (actuator, bodies, contact, cooperrider, elements, loads, motion, sensors)
+    modules = (actuator, bodies, contact, cooperrider, creep, elements, loads, motion, sensors, shapes)
     public = {
         function
         for module in modules
@@ -72,29 +75,29 @@ def test_every_equation_of_the_page_has_the_value_that_the_code_computes(monkeyp
     rng = np.random.default_rng(1)
     for pair in pairs:
         # any odd function will do for what tables give
-        raw, shown = (e.replace(TableValue, lambda name, x, _: x**3) for e in pair)
+        raw, shown = (e.replace(TableValue, lambda name, x, *_: x**3) for e in pair)
         symbols = sorted(raw.free_symbols, key=str)
         for _ in range(3):
             numbers = dict(zip(symbols, rng.uniform(-2.0, 2.0, len(symbols)), strict=True))
-            values = [float(e.subs(numbers).doit()) for e in (raw, shown)]
+            values = [complex(e.subs(numbers).doit()) for e in (raw, shown)]
             assert values[0] == pytest.approx(values[1], rel=1e-9, abs=1e-12), raw
 
 
 def test_every_correction_of_the_print_stands_once_with_its_reason():
     rows = re.findall(r"^\| (\d+) \| (.+) \| (.+) \| (.+) \|$", text("physics.md"), re.MULTILINE)
-    assert [int(number) for number, *_ in sorted(rows, key=lambda row: int(row[0]))] == [*range(1, 24)]
+    assert [int(number) for number, *_ in sorted(rows, key=lambda row: int(row[0]))] == [*range(1, 31)]
     assert all(len(reason) > 10 for *_, reason in rows)
 
 
 def test_a_changed_equation_changes_the_page(monkeypatch):
     original = contact.creepages
 
-    def changed(side, radius, w, run, p):
-        xi = original(side, radius, w, run, p)
+    def changed(c, w, run, p):
+        xi = original(c, w, run, p)
         return xi._replace(y=xi.y + run.cant)
 
     monkeypatch.setattr(contact, "creepages", changed)
-    assert r"- \psi + \phi_{se}" in make_equations.SHOWN["creepages"].markdown()
+    assert r"- \psi \right) + \phi_{se}" in make_equations.SHOWN["creepages"].markdown()
 
 
 # ------------------------------------------------------------------ LaTeX as it is written
@@ -120,6 +123,9 @@ a, b, x, y = sympy.symbols("a b x y")
             lambda: WherePositive(x - a, 1.0 / WherePositive(x - a, x, 3.0), y),
             r"\begin{cases} \frac{1}{x} & x > a \\ y & \text{otherwise} \end{cases}",
         ),
+        (lambda: exp(log(x / a) / 3.0), r"\sqrt[3]{\frac{x}{a}}"),
+        (lambda: TableValue(a, x, 1, 2, 4), r"a_{3}'\left( x \right)"),
+        (lambda: x * atan(a), r"x \arctan a"),
         (
             lambda: WherePositive(-x - a, a, y),
             r"\begin{cases} a & x < -a \\ y & \text{otherwise} \end{cases}",
@@ -158,6 +164,11 @@ def test_numbers_of_the_validation_are_those_computed():
 def test_numbers_on_creep_are_those_computed():
     make_creep = script("make_creep")
     assert make_creep.page(text("how-to/creep.md")) == text("how-to/creep.md")
+
+
+def test_numbers_on_the_contact_are_those_computed():
+    make_contact = script("make_contact")
+    assert make_contact.page(text("contact.md")) == text("contact.md")
 
 
 def test_claims_of_the_page_are_those_that_the_report_judges():

@@ -38,7 +38,9 @@ def _pairs(low: float, high: float) -> st.SearchStrategy[Any]:
 
 _SETTINGS: dict[str, st.SearchStrategy[Any]] = {
     "vehicle": rarely(values.vehicles(), ANYTHING),
-    "contact": rarely(st.sampled_from([None, railenv.Cone(0.1), railenv.HollowTread(0.2, 0.03, 0.3)]), ANYTHING),
+    "contact": rarely(
+        st.sampled_from([None, railenv.Cone(0.1), railenv.HollowTread(0.2, 0.03, 0.3)]), ANYTHING
+    ),
     "nadal_limit": rarely(st.sampled_from([0.8, 1.2, "contact angle"]), ANYTHING),
     "model": rarely(st.one_of(st.none(), values.MODELS), ANYTHING),
     "actuator": rarely(st.sampled_from(["secondary", "primary", "none"]), ANYTHING),

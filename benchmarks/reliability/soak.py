@@ -24,7 +24,7 @@ _SETTINGS: dict[str, Any] = {
     "track": "curve",
     "irregularity": "low",
     "irregularity_factor": (0.0, 3.0),
-    "randomize": {"conicity": (0.03, 0.3), "friction": (0.15, 0.5)},
+    "randomize": {"conicity": (0.05, 0.3), "friction": (0.15, 0.5)},
     "speed_range": (40.0, 140.0),
     "duration": 20.0,
 }

@@ -218,7 +218,11 @@ class CycleContinuation:
         """Put the last point on the end of the range."""
         direction: Literal[1, -1] = 1 if new.tangent[-1] > 0.0 else -1
         if last.value != value and (last.value - value) * (new.value - value) < 0.0:
-            new = self._cycle(solve_at(self._problem, last, value, direction, towards=new))
+            try:
+                new = self._cycle(solve_at(self._problem, last, value, direction, towards=new))
+            except CycleError:  # what was found stays
+                reached = f"{self.setting.parameter} {last.value:.6g}"
+                return f"{reached} is reached; on the end of the range, {value:g}, none is found", False
             self._look_between(last, new)
             self.cycles.append(new)
         return f"the end of the range, {self.setting.parameter} {value:g}, is reached", True

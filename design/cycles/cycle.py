@@ -217,14 +217,17 @@ class CycleBranch:
 
     @property
     def nonlinear_critical_speed(self) -> float | None:
-        """Lowest speed (m/s) at which the branch turns back upwards; None where it does not.
+        """Lowest speed (m/s) at which hunting of this branch persists; None where it has no fold.
 
-        Below it no hunting of this branch exists, above it a large enough disturbance starts it.
+        That is where the branch turns back upwards, or, if hunting begins gently at a lower speed, the
+        lowest one at which a stable motion was computed. Below it no hunting of this branch exists,
+        above it a large enough disturbance starts it.
         """
         if self.parameter != "speed":
             return None
         lowest = [s.value for s in self.folds if self._is_minimum(s)]
-        return min(lowest, default=None)
+        stable = [cycle.value for cycle in self.cycles if cycle.stable]
+        return min([*lowest, *stable]) if lowest else None
 
     def _is_minimum(self, fold: SpecialPoint) -> bool:
         near = np.argsort(np.abs(self.value - fold.value))[:4]

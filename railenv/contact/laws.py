@@ -71,7 +71,7 @@ class ContactLaw(Numbered):
 
     @property
     def flange_top(self) -> tuple[float, float] | None:
-        """Shift and lift (m) behind which the flange is less steep again, of laws that have a flange."""
+        """Shift and lift (m) behind which the flange is less steep again, of laws with one."""
         return None
 
     def linear(self, amplitude: float = 0.0) -> LinearContact:
@@ -103,11 +103,11 @@ class ContactLaw(Numbered):
 
     def with_numbers(self, values: Mapping[str, Any]) -> Self:
         """Return the law with numbers for all its texts; raises where they do not go together."""
-        return dataclasses.replace(self, **{f: values[f] for f in self.number_fields()})
+        return self.replace(**{f: values[f] for f in self.number_fields()})
 
     def named(self) -> Self:
         """Return the law with each number as the text of its own name."""
-        return dataclasses.replace(self, **{field: field for field in self.number_fields()})
+        return self.replace(**{field: field for field in self.number_fields()})
 
     @classmethod
     def from_mapping(cls, fields: Mapping[str, Any]) -> Self:

@@ -39,6 +39,9 @@ STEP = 1e-5
 RAIL_YIELD = 3.5e-3
 """m; the default of ``ProfilePair.rail_yield``."""
 
+TREAD_SLOPE = 0.2
+"""Tangent of the contact angle up to which friction holds the rail against the thrust of a wheel."""
+
 GRID = 5e-5
 """m; the default of ``ProfilePair.grid``."""
 
@@ -54,7 +57,8 @@ FLANGE_SLOPE = 0.5
 STEEP = 0.98
 """Share of the largest slope down to which a flange counts as at its steepest."""
 
-_NEWTON_STEPS = 4
+_NEWTON_STEPS = 6
+_BLEND = 0.02  # of the tangent, within which a rail begins to give way
 _ONWARDS = 0.05  # least change of the shift over that of the contact, on a rail that yields
 _END = 5e-4  # m; contact nearer to the end of a profile's points is not trusted
 _FLANGE_DROP = 6e-3  # m below the tape circle, where no tread is
@@ -131,8 +135,9 @@ class ProfilePair(ContactLaw):
     rail_yield : float
         How far the rail gives way sideways under the wheel load, if that pushed sideways (wheel load
         over lateral stiffness), m: 3.5e-3 m for 57 kN on the 16.2 MN/m of the paper. It is in what the
-        equations of motion read, and gives the flange its stiffness; what the methods tell of the
-        profiles is that of unyielding rails. 0 is such a rail.
+        equations of motion read, and gives the flange its stiffness: the rail gives way to what a
+        contact pushes more than a tread does (:data:`TREAD_SLOPE`), which friction holds. What the
+        methods tell of the profiles is that of unyielding rails. 0 is such a rail.
     grid : float
         Step of the tables that the equations of motion read, m.
 
@@ -202,35 +207,35 @@ class ProfilePair(ContactLaw):
 
     @cached_property
     def _table(self) -> Table:
-        """Columns over the shift of the wheel against a rail that yields sideways.
+        """Columns over the shift of the wheel against a rail that gives way to a flange.
 
-        The rail stands aside until its spring holds the thrust: by q = yield H'(eta - q) under the
-        static load. The lift is then H + q^2 / (2 yield) (the Moreau envelope of H), whose slope is
-        that at the contact: the normal contact stays conservative. A flange goes on straight from where
-        it is steepest.
+        The rail stands aside until its spring holds the thrust. Lift and slope are then those of the
+        contact found there, and the lift has the work of the spring in it (it is a Moreau envelope):
+        the normal contact stays conservative. A flange goes on straight from where it is steepest.
         """
         lift, radius, place = self._splines
-        at = self._yielding()
-        q = self.rail_yield * lift(at, 1)
-        shift = at + q
+        at = self._onwards()
+        shift = at + self.rail_yield * _way(lift(at, 1))[0]
         reach = (math.ceil(shift[0] / self.grid), math.floor(shift[-1] / self.grid))
         # The third derivative of a cubic jumps from cell to cell, and wheels at rest are at 0: that is
         # to be the middle of a cell.
         eta = (np.arange(reach[0], reach[1]) + 0.5) * self.grid
         at = np.interp(eta, shift, at)
         for _ in range(_NEWTON_STEPS):
-            at = at - (at + self.rail_yield * lift(at, 1) - eta) / (1.0 + self.rail_yield * lift(at, 2))
-        q = eta - at
-        height = lift(at) + (0.5 * q * q / self.rail_yield if self.rail_yield else 0.0)
+            way, rate, _ = _way(lift(at, 1))
+            miss = at + self.rail_yield * way - eta
+            at = at - miss / (1.0 + self.rail_yield * rate * lift(at, 2))
+        height = lift(at) + self.rail_yield * _way(lift(at, 1))[2]
         columns = [column - np.interp(0.0, eta, column) for column in (height, radius(at), place(at))]
         return Table.spline(eta, *columns, name=str(self)).with_slope(0)
 
-    def _yielding(self) -> Array:
-        """Return the shifts of contacts that a yielding rail lets come one after the other."""
+    def _onwards(self) -> Array:
+        """Return the shifts of contacts that a rail that gives way lets come one after the other."""
         eta = self.tables.eta
         lift = self._splines[0]
         slope = lift(eta, 1)
-        onwards = 1.0 + self.rail_yield * lift(eta, 2) > _ONWARDS
+        _, rate, _ = _way(slope)
+        onwards = 1.0 + self.rail_yield * rate * lift(eta, 2) > _ONWARDS
         steepest = int(np.argmax(np.where(eta > 0.0, slope, -1.0)))
         zero = int(np.argmin(np.abs(eta)))
         bad = np.flatnonzero(~onwards)
@@ -537,6 +542,18 @@ class ProfilePair(ContactLaw):
             raise ParameterError(f"shift is {bad:g} m; the tables go from {low:g} to {high:g} m")
         found = spline(wanted, order)
         return float(found) if wanted.ndim == 0 else found
+
+
+def _way(slope: Array) -> tuple[Array, Array, Array]:
+    """Return how far a rail gives way, its derivative by the slope, and the work of its spring.
+
+    All over ``rail_yield`` (and the wheel load); the slope is the tangent of the contact angle.
+    """
+    beyond = slope - TREAD_SLOPE
+    root = np.sqrt(beyond * beyond + _BLEND * _BLEND)
+    way = 0.5 * (beyond + root)
+    stored = 0.25 * (beyond * (beyond + root) + _BLEND**2 * np.arcsinh(beyond / _BLEND))
+    return way, 0.5 * (1.0 + beyond / root), slope * way - stored
 
 
 def flange_top(eta: Array, slope: Array) -> float:

@@ -209,7 +209,7 @@ class Settings:
         if self.contact is not None:
             if self.model is not None or isinstance(vehicle, Assembly):
                 raise ParameterError(
-                    "contact is given with a model or an assembly; it belongs to a railenv.Vehicle, and "
+                    "contact is given with a model or an assembly; it belongs to a Vehicle, and "
                     "the wheelsets of an assembly have their own"
                 )
             law = contact_law(self.contact)

@@ -92,10 +92,13 @@ def reference(law: Scalar, p: Scalar) -> tuple[Scalar, Scalar]:
 
 
 def place(touch: Touch, incline: Scalar, stretch: Scalar, law: Scalar) -> Scalar:
-    """Return the place of the contact on the rail, outwards from that at eta = 0 (m)."""
+    """Return the place of the contact on the rail, outwards from that at eta = 0 (m).
+
+    The steeper the contact plane, the further inwards it lies on a round head.
+    """
     if not law.law.round_rail:
         return touch.place
-    return law.rail_profile_radius * (incline / stretch - direction(law)[0])
+    return law.rail_profile_radius * (direction(law)[0] - incline / stretch)
 
 
 class Normal(NamedTuple):

@@ -434,7 +434,7 @@ class Assembly:
             if isinstance(law, ContactLaw):
                 texts = self._expressions[wheelset, role]
                 numbers = {f: evaluate(texts[f], self.values) for f in law.number_fields()}
-                found.append(law.with_numbers(numbers) if numbers else law)
+                found.append(law.with_numbers(numbers))
         return found[0], found[-1]
 
     def place(self, body: str, values: Values | None = None) -> float:

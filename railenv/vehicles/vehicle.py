@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Literal, Self, get_args
 
 from railenv import checks
-from railenv.contact.given import contact_law, resolved
+from railenv.contact.given import LAWS, contact_law, resolved
 from railenv.contact.laws import Cone, ContactLaw, HollowTread
 from railenv.errors import ParameterError, shown
 from railenv.vehicles import files
@@ -163,6 +163,8 @@ class Vehicle(ParameterRecord):
         super().__post_init__()
         given: Any = self.contact
         conicity, contact = resolved(str(self.name), self.conicity, given)
+        for field in contact.number_fields():  # texts belong to the parts of an assembly
+            contact.checked(field, getattr(contact, field))
         object.__setattr__(self, "conicity", conicity)
         object.__setattr__(self, "contact", contact)
         for label in ("name", "provenance"):
@@ -243,12 +245,9 @@ class Vehicle(ParameterRecord):
         """Return all numbers that the equations of motion read; switches become 0 or 1."""
         numbers = {n: getattr(self, n) for n in QUANTITIES}
         assert self.contact is not None
-        return {
-            **numbers,
-            **self.contact.numbers(""),
-            "wheelbase_curving": float(self.wheelbase_curving),
-            "printed_loads": float(self.load_bookkeeping == "printed"),
-        }
+        on = (self.wheelbase_curving, self.load_bookkeeping == "printed")
+        switches = dict(zip(SWITCHES, map(float, on), strict=True))
+        return {**numbers, **self.contact.numbers(""), **switches}
 
     def to_toml(self, path: str | PathLike[str] | None = None) -> str:
         """Return the vehicle as TOML, with units and meanings as comments, and write it to ``path``.
@@ -325,13 +324,22 @@ COMMENTS: dict[str, str] = {
         for f in dataclasses.fields(Vehicle)
         if "bounds" in f.metadata
     },
+    **{
+        f.name: files.comment(f.metadata["unit"], f.metadata["meaning"])
+        for law in reversed(LAWS)
+        for f in dataclasses.fields(law)
+        if "bounds" in f.metadata
+    },
     "wheelbase_curving": "1: wheelsets and frame see the track turn between them on a curve; 0: not",
     "printed_loads": "1: the print's load bookkeeping, the load on wheelsets and frame; 0: once",
 }
-"""Unit and meaning of :meth:`Vehicle.parameters`, for files."""
+"""Unit and meaning of :meth:`Vehicle.parameters`, on any contact law, for files."""
 
 QUANTITIES = tuple(f.name for f in dataclasses.fields(Vehicle) if "bounds" in f.metadata)
 """Names of the fields of a Vehicle that hold a physical quantity."""
+
+SWITCHES = ("wheelbase_curving", "printed_loads")
+"""Names of the parameters that are 0 or 1."""
 
 TABLE_1 = Vehicle(
     name="TABLE_1",

@@ -44,7 +44,8 @@ def test_flange_carries_the_wheelset_on_a_tight_curve_and_not_on_a_wide_one():
 
 
 def test_free_wheelset_rolls_purely_on_a_curve():
-    # without suspension a wheelset takes the offset a r0 kappa / lambda at which both wheels roll
+    # without suspension a wheelset takes the offset at which both wheels roll:
+    # a r0 kappa / lambda at the level of the rails, where the roll of the axle adds to it
     loose = railenv.TABLE_1.replace(
         primary_longitudinal_stiffness=1.0,
         primary_lateral_stiffness=1.0,
@@ -60,7 +61,9 @@ def test_free_wheelset_rolls_purely_on_a_curve():
         railenv.DualWheelset(loose), speed=speed, radius=radius, cant=balanced
     )
     v = loose
-    assert found["y_w1"] == pytest.approx(v.half_gauge * v.wheel_radius / radius / v.conicity, rel=0.01)
+    at_rails = v.half_gauge * v.wheel_radius / radius / v.conicity
+    by_roll = 1.0 - v.wheel_radius * v.conicity / v.half_gauge
+    assert found["y_w1"] == pytest.approx(at_rails * by_roll, rel=3e-3)
 
 
 @pytest.mark.parametrize("model", MODELS[:2] + MODELS[4:], ids=label)
@@ -100,7 +103,7 @@ def test_beyond_the_fold_there_is_an_error_with_residual_and_speed_unless_folds_
     model = railenv.Bogie(railenv.HIGH_SPEED_COACH)
     with pytest.raises(EquilibriumError, match=r"turns back in a fold.*through_folds=True") as caught:
         railenv.find_equilibrium(model, speed=60.0, radius=1000.0, cant=CANT)
-    assert caught.value.reached == pytest.approx(48.1, abs=0.1)
+    assert caught.value.reached == pytest.approx(48.6, abs=0.1)
     assert caught.value.residual > 1.0
     beyond = railenv.find_equilibrium(model, speed=60.0, radius=1000.0, cant=CANT, through_folds=True)
     assert beyond["y_w1"] > model.vehicle.flange_clearance

@@ -19,8 +19,9 @@ def test_operating_points_reach_every_contact_regime(bogie, operations):
         for w, (left, right) in zip(("w1", "w2"), bogie.wheels(o.x, o.u, **o.conditions), strict=True):
             y = o.x[bogie.state_names.index(f"y_{w}")] - o.u[bogie.input_names.index(f"align_{w}")]
             demand = sum(np.hypot(c.creep_x, c.creep_y) for c in (left, right))
-            lifted = (left.normal_z == 0.0) + (right.normal_z == 0.0)
-            sliding = demand > 3.0 * bogie.vehicle.friction * (left.normal + right.normal)
+            lifted = (left.normal.vertical == 0.0) + (right.normal.vertical == 0.0)
+            load = left.normal.magnitude + right.normal.magnitude
+            sliding = demand > 3.0 * bogie.vehicle.friction * load
             seen["flange"] += abs(y) > clearance
             seen["one wheel lifted"] += lifted == 1
             seen["wheelset lifted"] += lifted == 2
@@ -96,8 +97,8 @@ def test_irregularity_reaches_the_wheels_that_the_model_reports(bogie):
     u = np.zeros(bogie.n_inputs)
     u[bogie.input_names.index("vert_w2")] = -1e-3
     (leading, trailing), names = bogie.wheels(x, u, speed=30.0), bogie.state_names
-    assert all(c.normal_z == pytest.approx(62e3) for c in leading)
-    assert all(c.normal_z == 0.0 for c in trailing)
+    assert all(c.normal.vertical == pytest.approx(62e3) for c in leading)
+    assert all(c.normal.vertical == 0.0 for c in trailing)
     # w1 is the leading one in the state as well: unloaded rails let it fall
     f = bogie.rhs(x, u, speed=30.0)
     assert f[names.index("dz_w2")] < f[names.index("dz_w1")]

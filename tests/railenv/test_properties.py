@@ -24,6 +24,9 @@ def vehicles(draw):
         decades = 0.3 if name in LENGTHS else 1.0
         value = getattr(base, name) * 10.0 ** draw(st.floats(-decades, decades))
         changes[name] = min(value, _METADATA[name]["bounds"].get("high", math.inf))
+    if base.conicity is not None and draw(st.booleans()):
+        lowest = getattr(base.contact, "contact_angle", 0.005)
+        changes["conicity"] = max(lowest, min(0.7, base.conicity * 10.0 ** draw(st.floats(-1.0, 1.0))))
     zero = st.sets(
         st.sampled_from([n for n in QUANTITIES if n.startswith(("primary_l", "secondary_l"))])
     )

@@ -25,13 +25,13 @@ def invoke(*arguments):
 
 
 def test_critical_speed_answers_in_one_line():
-    assert invoke("critical-speed") == "bogie: hunting from 116.1213 m/s at 3.0553 Hz\n"
+    assert invoke("critical-speed") == "bogie: hunting from 116.4739 m/s at 3.1135 Hz\n"
 
 
 def test_critical_speed_as_json():
     data = json.loads(invoke("critical-speed", "-m", "dual-wheelset", "-v", "TABLE_1", "--json"))
     assert data["model"] == "dual_wheelset"
-    assert data["speed"] == pytest.approx(35.219, rel=1e-3)
+    assert data["speed"] == pytest.approx(34.177, rel=1e-3)
     assert data["multiplicity"] == 2
     assert data["radius"] is None
 
@@ -92,7 +92,17 @@ def test_vehicles_lists_every_field_and_round_trips_as_toml(tmp_path):
         file.write_text(invoke("vehicles", "TABLE_1", "--toml", "--model", model))
         assert railenv.Assembly.from_toml(file) == kind(railenv.TABLE_1).assembly
     data = json.loads(invoke("vehicles", "--json"))
-    assert [v["name"] for v in data] == ["TABLE_1", "TABLE_1_PRINTED_LOADS", "HIGH_SPEED_COACH"]
+    assert [v["name"] for v in data] == [v.name for v in railenv.PRESETS]
+    assert data[0]["contact"] == {"law": "cone", "conicity": 0.05}
+
+
+def test_vehicles_tell_their_contact():
+    listed = invoke("vehicles")
+    assert "contact of HIGH_SPEED_COACH_S1002: S1002 on UIC60, inclination 1:40" in listed
+    hollow = invoke("vehicles", "HIGH_SPEED_COACH_HOLLOW")
+    assert "contact_angle" in hollow
+    assert "0.034" in hollow
+    assert "contact of HIGH_SPEED_COACH:" not in invoke("vehicles", "HIGH_SPEED_COACH")
 
 
 @pytest.fixture(scope="module")
@@ -104,7 +114,7 @@ def parts(tmp_path_factory):
 
 
 def test_a_file_of_parts_is_a_vehicle_of_every_command(parts, tmp_path):
-    assert invoke("critical-speed", "-v", parts) == "mine: hunting from 116.1213 m/s at 3.0553 Hz\n"
+    assert invoke("critical-speed", "-v", parts) == "mine: hunting from 116.4739 m/s at 3.1135 Hz\n"
     worn = json.loads(invoke("critical-speed", "-v", parts, "--set", "conicity=0.2", "--json"))
     plain = json.loads(invoke("critical-speed", "--set", "conicity=0.2", "--json"))
     assert worn["speed"] == pytest.approx(plain["speed"], rel=1e-9)
@@ -118,7 +128,7 @@ def test_a_file_of_parts_is_a_vehicle_of_every_command(parts, tmp_path):
     assert "y_w1" in invoke("simulate", "-v", parts, "-s", 100, "--duration", 0.1)
     axes = ("--x", "conicity:0.05,0.3", "--y", "friction:0.2,0.3", "--jobs", 1)
     assert "critical speed" in invoke("map", "-v", parts, *axes)
-    assert "hunting from 116.1213" in invoke("bifurcation", "-v", parts, "--points", 3)
+    assert "hunting from 116.4739" in invoke("bifurcation", "-v", parts, "--points", 3)
 
 
 def test_a_file_of_parts_is_shown(parts):
@@ -129,6 +139,7 @@ def test_a_file_of_parts_is_shown(parts):
     data = json.loads(invoke("vehicles", parts, "--json"))
     assert data["values"]["conicity"] == 0.05
     assert data["parts"][0]["kind"] == "wheelset"
+    assert data["parts"][0]["contact"] == {"law": "cone", "conicity": "conicity"}
 
 
 def test_warming_is_done_once_and_said(parts):
@@ -187,7 +198,7 @@ def test_warming_a_file_of_numbers_is_refused(tmp_path):
 
 
 def test_locus_as_table_json_and_plot(tmp_path):
-    assert "116.1213" in invoke("locus", "--points", 10)
+    assert "116.4739" in invoke("locus", "--points", 10)
     picture = tmp_path / "locus.svg"
     data = json.loads(invoke("locus", "--points", 5, "--json"))
     assert len(data["real"]) == len(data["speed"]) == 5
@@ -322,7 +333,10 @@ def test_every_option_of_every_command_is_explained(command):
         (["critical-speed", "-v", "TABLE_7"], "unknown vehicle: 'TABLE_7' (did you mean 'TABLE_1'?)"),
         (["critical-speed", "--set", "conicty=0.2"], "did you mean 'conicity'?"),
         (["critical-speed", "--set", "conicity"], "it must be name=value"),
-        (["critical-speed", "--set", "conicity=-1"], "conicity is -1; it must be finite and greater"),
+        (
+            ["critical-speed", "--set", "conicity=-1"],
+            "conicity of Cone is -1; it must be finite and greater",
+        ),
         (["critical-speed", "-r", "0"], "radius is 0 m"),
         (["critical-speed", "-v", "nowhere.toml"], "nowhere.toml"),
         (["simulate", "-s", "100", "--show", "y_w7"], "y_w7"),

@@ -46,7 +46,7 @@ def keywords_of(rng, name, place):
         "randomize": {
             key: some_range(rng, low, high)
             for key, low, high in (
-                ("conicity", 0.02, 0.3),
+                ("conicity", 0.035, 0.3),
                 ("friction", 0.1, 0.6),
                 ("creep_factor", 0.3, 1.2),
                 ("body_mass", 2e4, 5e4),

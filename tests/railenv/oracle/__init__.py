@@ -1,8 +1,7 @@
 """The explicit equations of the paper (with the corrections), written out body by body.
 
 What the package assembles from elements is held against them
-(``tests/railenv/vehicles/test_oracle.py``).
-The wheel-rail contact is the package's own.
+(``tests/railenv/vehicles/test_oracle.py``), on conical wheels.
 """
 
 from __future__ import annotations

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from railenv.equations.contact import contact
 from railenv.equations.coordinates import Motion, Rail, Running
 from railenv.equations.functions import Scalar, sin
+from tests.railenv.oracle.contact import contact
 from tests.railenv.oracle.loads import CarriedMass, lateral_load, vertical_load
 from tests.railenv.oracle.suspension import SuspensionForce
 

@@ -55,7 +55,7 @@ def bodies(rng):
     wheel = {
         name: getattr(_V, name)
         for name in (f.name for f in dataclasses.fields(Wheelset))
-        if hasattr(_V, name) and name != "name"
+        if hasattr(_V, name) and name not in ("name", "polach_adhesion", "polach_slip")
     }
     first = Wheelset(
         name="w1",

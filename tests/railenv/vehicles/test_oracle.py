@@ -24,6 +24,8 @@ WITHOUT_SECONDARY = {name: 0.0 for name in SECONDARY if name != "secondary_arm"}
 DAMPER = {f"yaw_damper_c{k}": getattr(railenv.TABLE_1, f"yaw_damper_c{k}") for k in (1, 2, 3, 4)}
 WITHOUT_DAMPER = dict.fromkeys(DAMPER, 0.0)
 
+CONICAL = [v for v in railenv.PRESETS if isinstance(v.contact, railenv.Cone)]
+
 VEHICLES = [
     pytest.param(
         preset.replace(
@@ -34,11 +36,26 @@ VEHICLES = [
         ),
         id=f"{preset.name}-curving={curving}-{loads}-secondary={secondary}-damper={damper}",
     )
-    for preset in railenv.PRESETS
+    for preset in CONICAL
     for curving in (False, True)
     for loads in ("once", "printed")
     for secondary in (False, True)
     for damper in (False, True)
+]
+
+POLACH = {"saturation": "polach", "polach_adhesion": 0.8, "polach_slip": 0.3}
+CREEP = [
+    {**law, **of, **load}
+    for law in ({}, POLACH)
+    for of in ({}, {"saturation_of": "wheel"})
+    for load in ({}, {"load_dependent_creep": True})
+]
+VEHICLES += [
+    pytest.param(
+        railenv.HIGH_SPEED_COACH.replace(conicity=0.3, **options),
+        id="-".join(["steep", *map(str, options.values())]),
+    )
+    for options in CREEP
 ]
 
 
@@ -46,7 +63,8 @@ VEHICLES = [
 @pytest.mark.parametrize("vehicle", VEHICLES)
 def test_assembly_is_the_explicit_equations(kind, vehicle, operations):
     model = kind(vehicle)
-    p = SimpleNamespace(**vehicle.parameters())
+    options = ("saturation", "saturation_of", "load_dependent_creep")
+    p = SimpleNamespace(**vehicle.parameters(), **{name: getattr(vehicle, name) for name in options})
     for o in operations(model, 10, seed=11):
         expected = np.array(MODELS[kind](*o.arguments, p))
         largest = np.abs(expected).max()

@@ -108,7 +108,8 @@ def test_parameters_keep_units_and_meanings_as_comments():
     text = railenv.Bogie(railenv.TABLE_1).assembly.to_toml(units=COMMENTS)
     assert "frame_mass = 3000.0 # mass of the bogie frame [kg]" in text
     assert 'k_x = "primary_longitudinal_stiffness" # longitudinal stiffness [N/m]' in text
-    assert set(COMMENTS) == set(railenv.TABLE_1.parameters())
+    for vehicle in (railenv.TABLE_1, railenv.HIGH_SPEED_COACH_HOLLOW):
+        assert set(vehicle.parameters()) <= set(COMMENTS)
     for line in text.splitlines():
         assert (
             "=" not in line
@@ -121,6 +122,9 @@ def everything():
     """A vehicle that has a part of every kind, and a number in every field."""
 
     def filled(kind, **given):
+        if kind is elements.Wheelset:  # the law of creep that has numbers of its own
+            given |= {"conicity": 0.05, "saturation": "polach", "saturation_of": "wheel"}
+            given |= {"right_contact": railenv.LinearProfile(0.2, 0.03, 13.6)}
         for f in kind.number_fields():
             if f not in given:
                 bounds = next(x for x in elements.dataclasses.fields(kind) if x.name == f)
@@ -172,7 +176,7 @@ def test_a_file_without_a_name_has_that_of_the_file(tmp_path):
     assert vehicle.values["w1_conicity"] == 0.05
     both = vehicle.replace(w1_conicity=0.1)
     found = both.with_numbers({**both.values, **both.tables})
-    assert [w.conicity for w in found.wheelsets] == [0.1, 0.1]
+    assert [w.left.conicity for w in found.wheelsets] == [0.1, 0.1]
 
 
 # --------------------------------------------------------------------------------- errors
@@ -228,8 +232,12 @@ def test_a_file_without_a_name_has_that_of_the_file(tmp_path):
         ("y = 1.0\n", "", "p1 is a pair without y; give the arm"),
         ("pair = true", "pair = 1", "pair of p1 is 1; it must be true or false"),
         ('like = "w1"', 'like = "w7"', r"wheelset that w2 in .* is like: 'w7'"),
-        ("conicity = 0.05", "conicity = true", "conicity of w1 is True, which is not a number"),
-        ("conicity = 0.05", "conicity = [0.05]", r"conicity of w1 is \[0.05\], which is not a number"),
+        ("conicity = 0.05", "conicity = true", "conicity of Cone is True, which is not a number"),
+        (
+            "conicity = 0.05",
+            "conicity = [0.05]",
+            r"conicity of Cone is \[0.05\], which is not a number",
+        ),
         ("[[wheelset]]", "[[clamped]]\nname = 5\n[[wheelset]]", "name of a clamped is 5"),
         (
             "half_wheelbase = 1.2",

@@ -35,8 +35,17 @@ def allowed(f):
     )
 
 
+def any_of(law):
+    """Return contact laws of a kind that has numbers alone."""
+    return st.builds(law, **{f.name: allowed(f) for f in dataclasses.fields(law)})
+
+
 vehicles = st.builds(
     Vehicle,
+    contact=st.one_of(any_of(railenv.Cone), any_of(railenv.LinearProfile)),
+    saturation=st.sampled_from(["heuristic", "polach"]),
+    saturation_of=st.sampled_from(["wheelset", "wheel"]),
+    load_dependent_creep=st.booleans(),
     name=st.text(),
     provenance=st.text(),
     wheelbase_curving=st.booleans(),
@@ -64,25 +73,31 @@ def test_every_field_is_described_in_order():
 
 
 def test_every_field_is_a_quantity_a_label_or_a_switch():
-    others = {"name", "provenance", "wheelbase_curving", "load_bookkeeping"}
+    others = {"name", "provenance", "conicity", "contact", "wheelbase_curving", "load_bookkeeping"}
+    others |= {"saturation", "saturation_of", "load_dependent_creep"}
     assert set(FIELDS) == set(QUANTITIES) | others
     assert not set(QUANTITIES) & others
 
 
 def test_symbols_are_unique():
     symbols = [row.symbol for row in describe(Vehicle) if row.symbol]
-    assert len(symbols) == len(set(symbols)) == len(QUANTITIES)
+    assert len(symbols) == len(set(symbols)) == len(QUANTITIES) + 1  # and the conicity
 
 
 def test_parameters_are_the_quantities_and_the_switches_as_numbers():
     vehicle = railenv.TABLE_1.replace(wheelbase_curving=True, load_bookkeeping="printed")
     parameters = vehicle.parameters()
-    assert list(parameters) == [*QUANTITIES, "wheelbase_curving", "printed_loads"]
+    assert list(parameters) == [*QUANTITIES, "conicity", "wheelbase_curving", "printed_loads"]
     assert all(type(value) is float for value in parameters.values())
     assert (parameters["wheelbase_curving"], parameters["printed_loads"]) == (1.0, 1.0)
     assert parameters["conicity"] == vehicle.conicity
     plain = railenv.TABLE_1.parameters()
     assert (plain["wheelbase_curving"], plain["printed_loads"]) == (0.0, 0.0)
+
+
+def values(vehicle):
+    """Return what a vehicle is made from."""
+    return {name: getattr(vehicle, name) for name in FIELDS}
 
 
 # ----------------------------------------------------------------------------- refusals
@@ -137,8 +152,12 @@ def test_ends_of_the_range_are_allowed(record, f):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"conicity": 2}, "conicity is 2"),
-        ({"conicity": 0}, "conicity is 0"),
+        ({"conicity": 2, "contact": None}, "conicity of Cone is 2"),
+        ({"conicity": 0, "contact": None}, "conicity of Cone is 0"),
+        ({"conicity": "0.1", "contact": None}, "conicity is '0.1', which is not a number"),
+        ({"saturation": "fastsim"}, "saturation is 'fastsim'; it must be 'heuristic' or 'polach'"),
+        ({"saturation_of": "axle"}, "saturation_of is 'axle'; it must be 'wheelset' or 'wheel'"),
+        ({"load_dependent_creep": 1}, "load_dependent_creep is 1; it must be true or false"),
         (
             {"wheelset_mass": -1800.0},
             "wheelset_mass is -1800 kg; it must be finite and greater than 0 kg",
@@ -158,7 +177,7 @@ def test_impossible_vehicles_are_refused(change, message):
         railenv.TABLE_1.replace(**change)
     # on creation as well, not by `replace` alone
     with pytest.raises(ParameterError, match=message):
-        Vehicle(**{**dataclasses.asdict(railenv.TABLE_1), **change})
+        Vehicle(**{**values(railenv.TABLE_1), **change})
 
 
 @pytest.mark.parametrize("record", RECORDS.values(), ids=lambda r: type(r).__name__)
@@ -200,8 +219,11 @@ def test_a_vehicle_in_a_file_is_the_vehicle_to_the_last_bit(vehicle, tmp_path_fa
 def test_file_of_a_shipped_vehicle_is_plain_toml_with_units(vehicle, tmp_path):
     text = vehicle.to_toml(tmp_path / "v.toml")
     assert (tmp_path / "v.toml").read_text(encoding="utf-8") == text
-    assert tomllib.loads(text) == dataclasses.asdict(vehicle)
-    for line in text.splitlines():
+    short = isinstance(vehicle.contact, railenv.Cone)
+    expected = values(vehicle) | {"contact": vehicle.contact.to_mapping()}
+    del expected["contact" if short else "conicity"]
+    assert tomllib.loads(text) == expected
+    for line in text.split("\n[contact]")[0].splitlines():
         name = line.split(" = ")[0]
         assert FIELDS[name].metadata["meaning"] in line
         if name in QUANTITIES:
@@ -239,10 +261,10 @@ def test_every_shipped_vehicle_can_be_a_base(tmp_path, name):
             ParameterError,
             "conicity is '0.1', which is not a number",
         ),
-        ('base = "TABLE_1"\nconicity = true', ParameterError, "conicity is True"),
-        ('base = "TABLE_1"\nconicity = 2020-01-01', ParameterError, "conicity is .*not a number"),
-        ('base = "TABLE_1"\n[conicity]\nvalue = 0.1', ParameterError, "conicity is .*not a number"),
-        ('base = "TABLE_1"\nconicity = nan', ParameterError, "conicity is nan"),
+        ('base = "TABLE_1"\nconicity = true', ParameterError, "conicity of Cone is True"),
+        ('base = "TABLE_1"\nconicity = 2020-01-01', ParameterError, "conicity .* is .*not a number"),
+        ('base = "TABLE_1"\n[conicity]\nvalue = 0.1', ParameterError, "conicity .* is .*not a number"),
+        ('base = "TABLE_1"\nconicity = nan', ParameterError, "conicity of Cone is nan"),
         ('base = "TABLE_1"\nwheelset_mass = -1', ParameterError, "wheelset_mass is -1 kg"),
         ('base = "TABLE_1"\nwheelbase_curving = 0', ParameterError, "wheelbase_curving is 0"),
         ("base =", ParameterError, "is not a TOML file"),
@@ -258,7 +280,7 @@ def test_files_that_are_no_vehicle_are_refused(tmp_path, content, kind, message)
 def test_missing_field_is_named(tmp_path):
     text = railenv.TABLE_1.to_toml()
     without = "\n".join(line for line in text.splitlines() if not line.startswith("conicity"))
-    with pytest.raises(ParameterError, match=r"lacks conicity; give them"):
+    with pytest.raises(ParameterError, match=r"TABLE_1 lacks contact; give a contact law, or conicity"):
         read(tmp_path, without)
 
 
@@ -283,11 +305,12 @@ def test_coach_shares_contact_and_geometry_with_table_1():
         )
         if not of_the_coach:
             assert getattr(railenv.HIGH_SPEED_COACH, name) == getattr(railenv.TABLE_1, name), name
+    assert railenv.HIGH_SPEED_COACH.contact == railenv.TABLE_1.contact == railenv.Cone(0.05)
 
 
 def test_printed_loads_differ_from_table_1_in_the_bookkeeping_alone():
-    changed = dataclasses.asdict(railenv.TABLE_1_PRINTED_LOADS)
-    differing = {k for k, v in dataclasses.asdict(railenv.TABLE_1).items() if changed[k] != v}
+    changed = values(railenv.TABLE_1_PRINTED_LOADS)
+    differing = {k for k, v in values(railenv.TABLE_1).items() if changed[k] != v}
     assert differing == {"name", "provenance", "load_bookkeeping"}
 
 
