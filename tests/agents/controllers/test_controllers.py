@@ -263,6 +263,6 @@ def test_a_dual_wheelset_is_controlled_too():
     controller = agents.YawRateFeedback.design(model, gain=2e4)
     found = design.critical_speed(model, controller=controller, speed_range=(5.0, 200.0))
     assert found.speed > passive
-    assert agents.simulated_critical_speed(model, controller, found.speed) == pytest.approx(
-        found.speed, rel=5e-3
-    )
+    # the two wheelsets hunt alike: it takes long until their growth is told from their beginning
+    simulated = agents.simulated_critical_speed(model, controller, found.speed, duration=24.0)
+    assert simulated == pytest.approx(found.speed, rel=5e-3)
