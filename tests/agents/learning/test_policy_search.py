@@ -146,6 +146,7 @@ def test_rates_of_lessons_are_the_growth_rates_of_the_linear_loop(coach):
     """A vehicle that hunts, one that decays, and one in a limit cycle from a large offset."""
     speeds = (100.0, 125.0)
     lessons = Lessons(
+        duration=8.0,  # the large motion has settled by half of it
         small=tuple(Case(v, offset=TINY) for v in speeds),
         large=(Case(110.0, offset=9e-3),),
         rides=(Case(80.0),),
