@@ -24,7 +24,6 @@ from agents.controllers.service import CONICITY, CREEP_FACTOR
 from agents.controllers.shipped import coach
 from agents.learning.designs import SEED
 from agents.learning.learning_plots import plot_search
-from agents.learning.lessons import Lessons
 from agents.learning.policy_search import search_policy
 
 DOCS = Path(__file__).resolve().parent
@@ -45,13 +44,6 @@ UNSEEN: dict[str, dict[str, float]] = {
 }
 """Vehicles that no controller was tuned or trained on; masses and springs by factors."""
 ABSOLUTE = ("conicity", "creep_factor")
-EARLIER = (
-    "**Of conical wheels.** This policy was searched, and all that follows was measured, on the coach "
-    "with conical wheels, whose contact angle is the conicity, with the earlier contact and over "
-    "conicity alone. It has not been searched again on hollow treads; [the "
-    "leaderboard](controllers.md) has what it reaches there as it is."
-)
-"""Said as long as the policy is not one of the present lessons."""
 
 
 def unseen(controller: Any) -> dict[str, dict[str, float | None]]:
@@ -140,22 +132,21 @@ def text() -> str:
     start = about["judged"][0]
     runs = about["generations"] * about["population"]
     episodes = runs * sum(len(about["lessons"][k]) for k in ("small", "large", "rides"))
+    base = data["output-feedback"]["robust"]
     scores = {generation: score for generation, _, score in about["judged"]}
     (low, high), second = CONICITY, data["second mode"]
-    earlier = [EARLIER, ""] if about["lessons"] != json.loads(json.dumps(Lessons().plain())) else []
     lines = [
-        *earlier,
         f"The shipped policy is the outcome of {about['generations']} generations of "
         f"{about['population']} candidates ({episodes} episodes, seed {SEED}), chosen from generation "
         f"{about['chosen']}. Where it started from was stable up to {start[1]:.1f} m/s with every "
-        f"conicity from {low:g} to {high:g}; its score was {start[2]:.1f}, that of the chosen one "
-        f"{scores[about['chosen']]:.1f}.",
+        f"conicity from {low:g} to {high:g} and every creep factor from {CREEP_FACTOR[0]:g} to "
+        f"{CREEP_FACTOR[1]:g}; its score was {start[2]:.1f}, that of the chosen one "
+        f"{scores[about['chosen']]:.1f}. The base is stable up to {base:.1f} m/s. "
+        f"{_choice(about, base)}",
         "",
-        f"What limits the robust speed of all controllers is a second mode: with conicity {high:g} the "
-        f"vehicle alone has one of {second[1]:.1f} Hz that is unstable from {second[0]:.1f} m/s on, "
-        "and a yaw moment on the frame hardly moves it. The start by linear models damps it. The "
-        "search gives that up again, for smaller moments, faster running at low conicity and other "
-        "vehicles.",
+        f"What limits the robust speed of all controllers is a second mode: with conicity {high:g} and "
+        f"creep factor {CREEP_FACTOR[1]:g} the vehicle alone has one of {second[1]:.1f} Hz that is "
+        f"unstable from {second[0]:.1f} m/s on, and a yaw moment on the frame hardly moves it.",
         "",
         "![Learning curve of the shipped policy](pictures/learned.png)",
         "",
@@ -175,7 +166,8 @@ def text() -> str:
     lines += [
         "",
         "Vehicles that no controller was tuned or trained on: linear / nonlinear / robust critical "
-        f"speed, the robust one over conicity from {low:g} to {high:g}, where none is given:",
+        f"speed, the robust one here over conicity alone, from {low:g} to {high:g}, where none is "
+        "given:",
         "",
         "| vehicle | " + " | ".join(name for name, _ in rows) + " |",
         "|---|" + "---:|" * len(rows),
@@ -187,6 +179,16 @@ def text() -> str:
         ),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _choice(about: dict[str, Any], base: float) -> str:
+    """Say by which rule the policy was chosen."""
+    if max(robust for _, robust, _ in about["judged"]) >= base + about["gain"]:
+        return "Of the judged policies that are more robust it has the best score."
+    return (
+        f"None of the judged policies is more robust than the base by {about['gain']:g} m/s; this one "
+        "is the most robust of them. The later ones have better scores, and are less robust."
+    )
 
 
 def _speed(value: float | None, digits: int = 1) -> str:

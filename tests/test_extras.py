@@ -80,8 +80,8 @@ def test_what_needs_no_extra_works(tmp_path, coach):
         tmp_path,
     )
     assert printed == [
-        "hunting from 116.1213 m/s at 3.0553 Hz",
-        "hunting from 116.1213 m/s at 3.0553 Hz",
+        "hunting from 116.4739 m/s at 3.1135 Hz",
+        "hunting from 116.4739 m/s at 3.1135 Hz",
         "(4,)",
         "(4,)",
         "(3, 34)",

@@ -34,7 +34,7 @@ _NOTHING = 1e-26  # energy, as the terms of the reward measure it, below which a
 def _small() -> tuple[Case, ...]:
     contact = ((0.05, 0.6), (0.05, 1.4), (0.2, 1.0), (0.4, 0.6), (0.4, 1.4))
     grid = [(c, k, v) for c, k in contact for v in (20.0, 30.0, 55.0, 85.0, 110.0, 125.0)]
-    # the second mode grows from 132 m/s on with the most worn wheels on the cleanest rails
+    # the second mode grows from 129 m/s on with the most worn wheels on the cleanest rails
     fast = [(0.4, 1.4, v) for v in (127.0, 129.0, 130.0, 131.0, 132.0, 133.0, 134.0)]
     fast += [(0.3, 1.4, 134.0), (0.12, 1.0, 140.0), (0.3, 1.0, 100.0), (0.4, 1.0, 100.0)]
     poor = [(0.15, 0.6, v) for v in (80.0, 130.0)] + [(0.25, 0.6, v) for v in (100.0, 130.0)]

@@ -183,7 +183,9 @@ def _fold(
     lowest = branch.nonlinear_critical_speed
     if lowest is None:
         return None, None, f"the branch has no fold; {branch.ended}"
-    fold = next(f for f in branch.folds if f.value == lowest)
+    fold = next((f for f in branch.folds if f.value == lowest), None)
+    if fold is None:
+        return None, None, "hunting begins gently, at a lower speed than that of any fold"
     return fold, _beside(branch, fold), ""
 
 

@@ -58,7 +58,7 @@ def test_the_worst_vehicle_of_a_box_is_found(model, number, low, high):
 
 @pytest.mark.parametrize(
     ("model", "number", "values"),
-    [(HOLLOW, "conicity", [0.1, 0.12]), (WEARING, "wear", [0.0, 0.05])],
+    [(HOLLOW, "conicity", [0.1, 0.12]), (WEARING, "wear", [0.99, 1.0])],
     ids=["hollow tread", "family of profiles"],
 )
 def test_a_hunting_map_over_a_number_of_the_contact_agrees_with_a_branch(model, number, values):
@@ -67,6 +67,13 @@ def test_a_hunting_map_over_a_number_of_the_contact_agrees_with_a_branch(model, 
     assert chart.hopf_speed[1] == pytest.approx(branch.hopf.speed, rel=1e-8)
     assert chart.fold_speed[1] == pytest.approx(branch.nonlinear_critical_speed, rel=1e-4)
     assert chart.fold_speed[1] < chart.hopf_speed[1]
+
+
+def test_where_hunting_begins_gently_a_map_has_no_fold():
+    chart = design.hunting_map(WEARING, "wear", [0.0])
+    assert np.isnan(chart.fold_speed).all()
+    assert chart.notes == ("hunting begins gently, at a lower speed than that of any fold",)
+    assert design.cycle_branch(WEARING).nonlinear_critical_speed > chart.hopf_speed[0]
 
 
 def test_a_fixed_pair_of_profiles_has_no_conicity_to_vary():

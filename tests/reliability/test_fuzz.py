@@ -63,7 +63,7 @@ def test_what_is_not_allowed_counts_as_a_failure(monkeypatch, check, outcome, fa
 @pytest.mark.parametrize(
     ("arguments", "status", "said"),
     [
-        (["critical-speed", "--set", "conicity=-1"], 1, "conicity is -1; it must be"),
+        (["critical-speed", "--set", "conicity=-1"], 1, "conicity of Cone is -1; it must be"),
         (["critical-speed", "--radius", "abc"], 2, "Invalid value"),
         (["vehicles", "absent.toml"], 1, "absent.toml"),
     ],

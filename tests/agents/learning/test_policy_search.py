@@ -1,7 +1,5 @@
 """Policy search: it improves on its base, begins as it, and repeats itself."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -106,8 +104,6 @@ def test_of_policies_robust_enough_the_best_score_is_chosen():
 @pytest.mark.slow
 def test_the_shipped_policys_search_begins_as_its_file_tells():
     shipped = agents.shipped("learned")
-    if shipped.about["lessons"] != json.loads(json.dumps(Lessons().plain())):
-        pytest.skip("the shipped policy was searched with earlier lessons, on conical wheels")
     coach = agents.equipped(railenv.Bogie(railenv.HIGH_SPEED_COACH_HOLLOW))
     found = search_policy(coach, agents.shipped("output-feedback"), generations=1, seed=SEED)
     np.testing.assert_allclose(found.judged[0], shipped.about["judged"][0], rtol=1e-3)
@@ -146,6 +142,7 @@ def test_rates_of_lessons_are_the_growth_rates_of_the_linear_loop(coach):
     """A vehicle that hunts, one that decays, and one in a limit cycle from a large offset."""
     speeds = (100.0, 125.0)
     lessons = Lessons(
+        duration=8.0,  # the large motion has settled by half of it
         small=tuple(Case(v, offset=TINY) for v in speeds),
         large=(Case(110.0, offset=9e-3),),
         rides=(Case(80.0),),

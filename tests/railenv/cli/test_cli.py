@@ -252,15 +252,16 @@ def test_margins_of_both_actuators_of_a_dual_wheelset_with_a_washout():
 
 
 def test_shipped_controllers_close_the_loop_in_locus_margins_and_map(tmp_path):
-    data = json.loads(
-        invoke("locus", "--controller", "yaw-rate", "--lowest", 60, "--points", 4, "--json")
-    )
+    coach = ("-v", "HIGH_SPEED_COACH_HOLLOW")  # that they are for
+    span = ("--lowest", 60, "--highest", 300, "--points", 4)
+    data = json.loads(invoke("locus", *coach, "--controller", "yaw-rate", *span, "--json"))
     assert data["critical_points"][0]["value"] > 140.0
-    margins = json.loads(invoke("margins", "-s", 100, "--controller", "output-feedback", "--json"))
+    shipped = ("--controller", "output-feedback")
+    margins = json.loads(invoke("margins", *coach, "-s", 100, *shipped, "--json"))
     assert margins["stable"] is True
     axes = ("--x", "conicity:0.05,0.3", "--y", "gain:0,1")
     what = ("--quantity", "growth", "-s", 120, "--jobs", 1, "--json")
-    data = json.loads(invoke("map", *axes, "--controller", "yaw-rate", *what))
+    data = json.loads(invoke("map", *coach, *axes, "--controller", "yaw-rate", *what))
     assert all(with_it < without for without, with_it in data["growth"])
 
 

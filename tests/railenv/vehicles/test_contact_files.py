@@ -107,7 +107,7 @@ BAD = [
     ({"law": "cone", "conicity": math.nan}, "conicity of Cone is nan; it must be finite"),
     ({"law": "cone", "conicity": 0.0}, "conicity of Cone is 0"),
     ({"law": "cone", "conicity": True}, "conicity of Cone is True, which is not a number"),
-    ({"law": "cone", "conicity": "steep"}, "conicity is 'steep', which is not a number"),
+    ({"law": "cone", "conicity": "steep"}, "conicity of Cone is 'steep', which is not a number"),
     (
         {"law": "linear", "conicity": 0.1, "contact_angle": -0.01, "contact_angle_rate": 1.0},
         "contact_angle of LinearProfile is -0.01",

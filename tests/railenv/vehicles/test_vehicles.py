@@ -154,7 +154,7 @@ def test_ends_of_the_range_are_allowed(record, f):
     [
         ({"conicity": 2, "contact": None}, "conicity of Cone is 2"),
         ({"conicity": 0, "contact": None}, "conicity of Cone is 0"),
-        ({"conicity": "0.1", "contact": None}, "conicity is '0.1', which is not a number"),
+        ({"conicity": "0.1", "contact": None}, "conicity of Cone is '0.1', which is not a number"),
         ({"saturation": "fastsim"}, "saturation is 'fastsim'; it must be 'heuristic' or 'polach'"),
         ({"saturation_of": "axle"}, "saturation_of is 'axle'; it must be 'wheelset' or 'wheel'"),
         ({"load_dependent_creep": 1}, "load_dependent_creep is 1; it must be true or false"),
@@ -259,7 +259,7 @@ def test_every_shipped_vehicle_can_be_a_base(tmp_path, name):
         (
             'base = "TABLE_1"\nconicity = "0.1"',
             ParameterError,
-            "conicity is '0.1', which is not a number",
+            "conicity of Cone is '0.1', which is not a number",
         ),
         ('base = "TABLE_1"\nconicity = true', ParameterError, "conicity of Cone is True"),
         ('base = "TABLE_1"\nconicity = 2020-01-01', ParameterError, "conicity .* is .*not a number"),
