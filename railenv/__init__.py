@@ -29,7 +29,7 @@ if TYPE_CHECKING:
         SimulationError,
         UnknownNameError,
     )
-    from railenv.models import Assembled, Bogie, CooperriderBogie, DualWheelset, Model
+    from railenv.models import Assembled, Bogie, Coach, CooperriderBogie, DualWheelset, Model
     from railenv.simulation import simulate
     from railenv.track import Track
     from railenv.vehicles import (
@@ -71,7 +71,7 @@ _MODULES = {
         "SimulationError",
         "UnknownNameError",
     ),
-    "models": ("Assembled", "Bogie", "CooperriderBogie", "DualWheelset", "Model"),
+    "models": ("Assembled", "Bogie", "Coach", "CooperriderBogie", "DualWheelset", "Model"),
     "simulation": ("simulate",),
     "track": ("Track",),
     "vehicles": (
@@ -104,6 +104,7 @@ __all__ = [
     "Assembled",
     "Assembly",
     "Bogie",
+    "Coach",
     "CompilationError",
     "Cone",
     "CooperriderBogie",

@@ -9,7 +9,7 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from functools import cache
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 from numpy.typing import ArrayLike
 
@@ -19,17 +19,27 @@ from railenv.equations import cooperrider
 from railenv.equations.contact import Wheel, wheel
 from railenv.equations.coordinates import Running, irregularity_names, rails
 from railenv.errors import ParameterError, shown
+from railenv.fields import Points
 from railenv.kernels import store
 from railenv.model import Model, check_names
 from railenv.tables import Table
-from railenv.vehicles import COOPERRIDER, QUANTITIES, TABLE_1, CooperriderParameters, Vehicle, files
+from railenv.vehicles import (
+    COOPERRIDER,
+    QUANTITIES,
+    TABLE_1,
+    CooperriderParameters,
+    Vehicle,
+    files,
+    templates,
+)
 from railenv.vehicles.assembly import AssembledEquations, Assembly
 from railenv.vehicles.declared import DeclaredEquations, MovingBody
-from railenv.vehicles.elements import Wheelset
+from railenv.vehicles.elements import Element, Wheelset
+from railenv.vehicles.further import BODY, GROUPS, OVERTURNING, PRIMARY_DAMPER, numbers_of
 from railenv.vehicles.guided import KINEMATIC_AMPLITUDE, Guided
 from railenv.vehicles.vehicle import SWITCHES
 
-__all__ = ["Assembled", "Bogie", "CooperriderBogie", "DualWheelset", "Model"]
+__all__ = ["Assembled", "Bogie", "Coach", "CooperriderBogie", "DualWheelset", "Model"]
 
 _MILLIMETRE = 1e-3
 
@@ -193,20 +203,40 @@ class Assembled(Model):
 class _VehicleModel(Assembled):
     """One of the package's own assemblies, whose parameters are those of a Vehicle."""
 
-    _name: str
+    _name: str  # of the model
+    _template: str
+    _body = False  # whether the vehicle's body moves
 
     def __init__(self, vehicle: Vehicle) -> None:
         if not isinstance(vehicle, Vehicle):
             raise ParameterError(f"vehicle is {vehicle!r}; it must be a railenv.Vehicle")
         self.vehicle = vehicle
+        self._check()
         contact: Any = vehicle.contact
-        structure = _structure(self._name, contact.named(), _creep_options(vehicle))
+        structure = _structure(self._template, self._groups, contact.named(), _creep_options(vehicle))
         tables = {
             f"{w.name}_{field}": contact.table(field)
-            for w in structure.wheelsets
+            for w in structure.assembly.wheelsets
             for field in contact.table_fields()
         }
-        self._set_assembled(self._name, structure, vehicle.parameters(), tables)
+        for part, field in structure.characteristics.items():
+            tables[f"{part.name}_force"] = _characteristic(part, getattr(vehicle, field))
+        names = structure.assembly.tables  # in the order in which kernels read them
+        self._set_assembled(
+            self._name,
+            structure.assembly,
+            vehicle.parameters_of(self._groups),
+            {name: tables[name] for name in names},
+        )
+
+    def _check(self) -> None:
+        """Raise ParameterError where the vehicle has what the model lacks, or the other way round."""
+
+    @property
+    def _groups(self) -> frozenset[str]:
+        """Parts of the model beyond the paper's bogie."""
+        groups = self.vehicle.groups
+        return groups if self._body else groups - {BODY}
 
     @property
     def vehicle_name(self) -> str:
@@ -217,9 +247,11 @@ class _VehicleModel(Assembled):
     def assembly(self) -> Assembly:
         """The vehicle's parts, with its numbers."""
         vehicle: Any = self.vehicle
-        found = _assembly(self._name, vehicle.contact.named(), _creep_options(vehicle))
+        found = _assembly(
+            self._template, self._groups, vehicle.contact.named(), _creep_options(vehicle), vehicle
+        )
         own = {"name": vehicle.name, "provenance": vehicle.provenance}
-        return dataclasses.replace(found, parameters=vehicle.parameters(), **own)
+        return dataclasses.replace(found, parameters=vehicle.parameters_of(self._groups), **own)
 
     @property
     def gravity(self) -> float:
@@ -236,7 +268,8 @@ class _VehicleModel(Assembled):
     def variable_names(self) -> tuple[str, ...]:
         """Names of the vehicle's quantities, those of its contact law, and ``creep_factor``."""
         contact: Any = self.vehicle.contact
-        return (*QUANTITIES, *contact.number_fields(), "creep_factor")
+        further = numbers_of(self._groups)
+        return (*QUANTITIES, *further, *contact.number_fields(), "creep_factor")
 
     def contact_law(self, wheelset: str) -> ContactLaw:
         """Return the contact law of a wheelset's left wheel, with its numbers."""
@@ -272,15 +305,53 @@ def _creep_options(vehicle: Vehicle) -> tuple[tuple[str, str], ...]:
     return tuple(options.items())
 
 
+class _Structure(NamedTuple):
+    """One of the package's own assemblies whose numbers do not matter.
+
+    ``characteristics`` says which field of a vehicle has the points of an element's.
+    """
+
+    assembly: Assembly
+    characteristics: dict[Element, str]
+
+
 @cache
-def _structure(name: str, law: ContactLaw, creep: tuple[tuple[str, str], ...]) -> Assembly:
-    """Return one of the package's own assemblies whose numbers do not matter."""
-    return _assembly(name, law, creep)
+def _structure(
+    template: str, groups: frozenset[str], law: ContactLaw, creep: tuple[tuple[str, str], ...]
+) -> _Structure:
+    """Return the parts of vehicles alike."""
+    assembly = _assembly(template, groups, law, creep, None)
+    fields = templates.characteristics(templates.data_of(template, groups))
+    return _Structure(assembly, {e: fields[e.name] for e in assembly.elements if e.name in fields})
 
 
-def _assembly(name: str, law: ContactLaw, creep: tuple[tuple[str, str], ...]) -> Assembly:
-    """Return one of the package's own assemblies with a contact law, and some numbers."""
-    fields = files.fields_of(files.shipped(name), name)
+@cache
+def _characteristic(part: Element, points: Points) -> Table:
+    """Return an element's characteristic with other points, as kernels read it."""
+    given: Any = {"force": points}
+    return dataclasses.replace(part, **given).table("force")
+
+
+_SOME_POINTS: Points = ((0.0, 1.0), (0.0, 1.0))
+
+
+def _assembly(
+    template: str,
+    groups: frozenset[str],
+    law: ContactLaw,
+    creep: tuple[tuple[str, str], ...],
+    vehicle: Vehicle | None,
+) -> Assembly:
+    """Return one of the package's own assemblies with a contact law and a vehicle's characteristics.
+
+    Numbers (and characteristics without a vehicle) are some that do not matter.
+    """
+    data = templates.data_of(template, groups)
+    points = {
+        field: getattr(vehicle, field) if vehicle else _SOME_POINTS
+        for field in templates.characteristics(data).values()
+    }
+    fields = files.fields_of(templates.with_points(data, points), template)
     given: dict[str, Any] = {**dict(creep), "contact": law, "conicity": None}
     fields["bodies"] = [
         dataclasses.replace(body, **given) if isinstance(body, Wheelset) else body
@@ -291,6 +362,7 @@ def _assembly(name: str, law: ContactLaw, creep: tuple[tuple[str, str], ...]) ->
     # in the order of Vehicle.parameters, so that a vehicle and its assembly share their kernels
     parameters = {
         **{name: usual[name] for name in QUANTITIES},
+        **dict.fromkeys(numbers_of(groups), 1.0),
         **numbers,
         **{name: usual[name] for name in SWITCHES},
     }
@@ -312,7 +384,12 @@ class Bogie(_VehicleModel):
         For instance ``railenv.HIGH_SPEED_COACH``.
     """
 
-    _name = "bogie"
+    _name = _template = "bogie"
+
+    @property
+    def _groups(self) -> frozenset[str]:
+        """Parts of the model beyond the paper's bogie."""
+        return super()._groups | ({OVERTURNING} if self.vehicle.overturning else set())
 
 
 class DualWheelset(_VehicleModel):
@@ -327,7 +404,56 @@ class DualWheelset(_VehicleModel):
         For instance ``railenv.TABLE_1``.
     """
 
-    _name = "dual_wheelset"
+    _name = _template = "dual_wheelset"
+
+    def _check(self) -> None:
+        if self.vehicle.overturning:
+            raise ParameterError(
+                f"overturning of {self.vehicle.name} is true; the frame of a dual wheelset stands "
+                "still, so nothing can roll under the body's load"
+            )
+
+    @property
+    def _groups(self) -> frozenset[str]:
+        """Parts of the model beyond the paper's wheelsets: those between wheelsets and frame."""
+        return super()._groups & {PRIMARY_DAMPER}
+
+
+class Coach(_VehicleModel):
+    """A whole vehicle: a body on two bogies, four wheelsets; 31 degrees of freedom.
+
+    States are y, z, phi, psi of the wheelsets ``w1`` to ``w4`` from the front, then y, z, phi, theta,
+    psi of the frames ``b1`` and ``b2`` and of the ``body``, then their rates, then what dampers on
+    rubber ends have. Inputs are, for each bogie, the yaw moments ``M_w1`` and ``M_w2`` (wheelset
+    against frame) and ``M_b1`` (frame against body) in N m, then the track irregularity under each
+    wheelset.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        With the fields of a body, for instance ``railenv.HIGH_SPEED_COACH``.
+
+    Raises
+    ------
+    ParameterError
+        If the vehicle has no body, or the print's load bookkeeping.
+    """
+
+    _name = "coach"
+    _template = "bogie"
+    _body = True
+
+    def _check(self) -> None:
+        vehicle = self.vehicle
+        if BODY not in vehicle.groups:
+            raise ParameterError(
+                f"{vehicle.name} has no body; a whole vehicle needs {', '.join(GROUPS[BODY])}"
+            )
+        if vehicle.load_bookkeeping != "once":
+            raise ParameterError(
+                f"load_bookkeeping of {vehicle.name} is {vehicle.load_bookkeeping!r}; a body that "
+                "moves carries its own weight, so it must be 'once'"
+            )
 
 
 _COOPERRIDER_BODIES = (

@@ -83,7 +83,7 @@ def critical_speed(
     >>> import design, railenv
     >>> hopf = design.critical_speed(railenv.Bogie(railenv.HIGH_SPEED_COACH))
     >>> round(hopf.speed, 2), round(hopf.frequency, 3)
-    (116.12, 3.055)
+    (116.47, 3.113)
     """
     low, high = checks.speeds(speed_range)
     u = checks.vector("inputs", inputs, model.input_names)

@@ -17,8 +17,13 @@ def vertical_load(mass: Scalar, run: Running, gravity: Scalar) -> Scalar:
 
 
 def load(p: Scalar, run: Running, gravity: Scalar) -> Wrench:
-    """Load of the masses that a body carries, ``p.lateral_load_mass`` and ``p.vertical_load_mass``."""
-    return Wrench(
-        force_y=lateral_load(p.lateral_load_mass, run, gravity),
-        force_z=vertical_load(p.vertical_load_mass, run, gravity),
-    )
+    """Load of the masses that a body carries, ``p.lateral_load_mass`` and ``p.vertical_load_mass``.
+
+    With ``p.load_height`` the lateral load of what is not its own acts there, and rolls the body.
+    """
+    lateral = lateral_load(p.lateral_load_mass, run, gravity)
+    roll = 0
+    if p.load_height is not None:
+        further = lateral_load(p.lateral_load_mass - p.mass, run, gravity)
+        roll = -(p.load_height - p.z) * further
+    return Wrench(force_y=lateral, force_z=vertical_load(p.vertical_load_mass, run, gravity), roll=roll)

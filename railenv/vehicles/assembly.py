@@ -393,6 +393,8 @@ class Assembly:
             for field in ("lateral_load_mass", "vertical_load_mass"):
                 if isinstance(part, Body) and getattr(part, field) is None:
                     setattr(found, field, found.mass)
+            if isinstance(part, Body) and part.load_height is None:
+                found.load_height = None
             if isinstance(part, Wheelset):
                 self._add_contact(found, part, values)
             return found

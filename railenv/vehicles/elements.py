@@ -132,6 +132,10 @@ class Body(Clamped):
     vertical_load_mass: Number = nonnegative(
         "kg", "mass whose weight it carries; its own when left out"
     )
+    load_height: Number = number(
+        "m",
+        "height at which the lateral load of masses beyond its own acts; its centre when left out",
+    )
 
     @property
     def coordinates(self) -> tuple[str, ...]:

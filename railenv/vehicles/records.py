@@ -42,6 +42,23 @@ def nonnegative(
     return quantity(symbol, unit, meaning, source, low=0.0, **bounds)
 
 
+def optional(
+    symbol: str, unit: str, meaning: str, source: str, group: str, **bounds: float | bool
+) -> Any:
+    """Return a field of what a record may lack: None, or a quantity; bounds as in ``checks.number``.
+
+    What belongs together has the same ``group``: it is given as a whole or not at all.
+    """
+    metadata = {"symbol": symbol, "unit": unit, "meaning": meaning, "source": source, "group": group}
+    return dataclasses.field(default=None, metadata={**metadata, "bounds": bounds})
+
+
+def optional_table(symbol: str, x: str, y: str, meaning: str, source: str, group: str) -> Any:
+    """Return a field of what a record may lack: None, or two lists of numbers over each other."""
+    metadata = {"symbol": symbol, "unit": f"{x}, {y}", "meaning": meaning, "source": source}
+    return dataclasses.field(default=None, metadata={**metadata, "group": group, "table": True})
+
+
 @dataclass(frozen=True, kw_only=True)
 class ParameterRecord:
     """Base of the frozen records of physical quantities: checks on creation, and ``replace``."""
@@ -49,17 +66,17 @@ class ParameterRecord:
     def __post_init__(self) -> None:
         """Check every quantity against its metadata and make it a float."""
         for f in dataclasses.fields(self):
-            if "bounds" in f.metadata:
-                value = checks.number(
-                    f.name, getattr(self, f.name), unit=f.metadata["unit"], **f.metadata["bounds"]
-                )
+            given = getattr(self, f.name)
+            if "bounds" in f.metadata and not (given is None and f.default is None):
+                value = checks.number(f.name, given, unit=f.metadata["unit"], **f.metadata["bounds"])
                 object.__setattr__(self, f.name, value)
 
     def parameters(self) -> dict[str, float]:
         """Return all numbers that the equations of motion read, by name."""
-        return {
+        values = {
             f.name: getattr(self, f.name) for f in dataclasses.fields(self) if "bounds" in f.metadata
         }
+        return {name: value for name, value in values.items() if value is not None}
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with some fields changed.

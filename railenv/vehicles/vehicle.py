@@ -1,9 +1,10 @@
-"""Parameters of the paper's bogie: one frozen record, and the vehicles that the package ships."""
+"""Parameters of a vehicle as one frozen record, and the vehicles on the paper's contact."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -14,6 +15,7 @@ from railenv.contact.given import LAWS, contact_law, resolved
 from railenv.contact.laws import Cone, ContactLaw, HollowTread
 from railenv.errors import ParameterError, shown
 from railenv.vehicles import files
+from railenv.vehicles.further import BODY, FurtherParts, numbers_of
 from railenv.vehicles.guided import KINEMATIC_AMPLITUDE, klingel_wavelength
 from railenv.vehicles.records import ParameterRecord, nonnegative, positive, quantity
 
@@ -28,18 +30,8 @@ _BEYOND = "beyond the paper"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Vehicle(ParameterRecord):
-    """Parameters of a bogie, its wheel-rail contact and its share of the vehicle body; SI units.
-
-    Stiffnesses, dampings and creep coefficients are per side (per axle box, per wheel), as in Table 1
-    of the paper; the nonlinear yaw damper is one per wheelset. ``railenv vehicles`` prints every field
-    with its unit, and ``railenv vehicles NAME`` with symbol, meaning and source.
-
-    Raises
-    ------
-    ParameterError
-        If a value is not a finite number in its range; the message names field, value and range.
-    """
+class _PapersBogie(ParameterRecord):
+    """Fields of the paper's bogie, which every vehicle has."""
 
     name: str = dataclasses.field(metadata={"meaning": "what to call the vehicle", "source": ""})
     provenance: str = dataclasses.field(
@@ -116,6 +108,24 @@ class Vehicle(ParameterRecord):
     secondary_arm: float = positive(
         "b_s", "m", "lateral arm of the secondary springs and dampers", _BEYOND
     )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Vehicle(FurtherParts, _PapersBogie):
+    """Parameters of a vehicle: bogie, wheel-rail contact, and what it may have beyond; SI units.
+
+    Stiffnesses, dampings and creep coefficients are per side (per axle box, per wheel), as in Table 1
+    of the paper; the paper's nonlinear yaw damper is one per wheelset. A vehicle with the fields of the
+    body is a whole one (:class:`railenv.Coach`); without them it is a bogie. ``railenv vehicles``
+    prints every field with its unit, and ``railenv vehicles NAME`` with symbol, meaning and source.
+
+    Raises
+    ------
+    ParameterError
+        If a value is not a finite number in its range, or a part is not given as a whole; the message
+        names field, value and range.
+    """
+
     # creep
     saturation: Saturation = dataclasses.field(
         default="heuristic",
@@ -146,6 +156,13 @@ class Vehicle(ParameterRecord):
         },
     )
     # switches
+    overturning: bool = dataclasses.field(
+        default=False,
+        metadata={
+            "meaning": "on a bogie alone, half the body's lateral force acts at the body's height",
+            "source": _BEYOND,
+        },
+    )
     wheelbase_curving: bool = dataclasses.field(
         metadata={
             "meaning": "wheelsets are turned and displaced against the frame on a curve",
@@ -170,9 +187,11 @@ class Vehicle(ParameterRecord):
         for label in ("name", "provenance"):
             if not isinstance(getattr(self, label), str):
                 raise ParameterError(f"{label} is {getattr(self, label)!r}; it must be a string")
-        for switch in ("wheelbase_curving", "load_dependent_creep"):
+        for switch in ("wheelbase_curving", "load_dependent_creep", "overturning"):
             if not isinstance(getattr(self, switch), bool):
                 raise ParameterError(f"{switch} is {getattr(self, switch)!r}; it must be true or false")
+        if self.overturning and BODY not in self.groups:
+            raise ParameterError(f"overturning of {self.name} is true, but it has no body_height")
         checks.choice("load_bookkeeping", self.load_bookkeeping, get_args(LoadBookkeeping))
         checks.choice("saturation", self.saturation, get_args(Saturation))
         checks.choice("saturation_of", self.saturation_of, get_args(SaturationOf))
@@ -243,7 +262,11 @@ class Vehicle(ParameterRecord):
 
     def parameters(self) -> dict[str, float]:
         """Return all numbers that the equations of motion read; switches become 0 or 1."""
-        numbers = {n: getattr(self, n) for n in QUANTITIES}
+        return self.parameters_of(self.groups)
+
+    def parameters_of(self, groups: Iterable[str]) -> dict[str, float]:
+        """Return the numbers that equations read which have some of the groups of further parts."""
+        numbers = {n: getattr(self, n) for n in (*QUANTITIES, *numbers_of(groups))}
         assert self.contact is not None
         on = (self.wheelbase_curving, self.load_bookkeeping == "printed")
         switches = dict(zip(SWITCHES, map(float, on), strict=True))
@@ -263,8 +286,10 @@ class Vehicle(ParameterRecord):
             if f.name == ("contact" if short else "conicity"):
                 continue
             value = getattr(self, f.name)
-            if isinstance(value, ContactLaw):
-                continue  # a table of its own, at the end
+            if value is None or isinstance(value, ContactLaw):
+                continue  # a part that it lacks; a table of its own, at the end
+            if "table" in f.metadata:
+                value = [list(points) for points in value]
             item = tomlkit.item(value)
             item.comment(files.comment(f.metadata.get("unit", ""), f.metadata["meaning"]))
             document.add(f.name, item)
@@ -322,7 +347,7 @@ COMMENTS: dict[str, str] = {
     **{
         f.name: files.comment(f.metadata["unit"], f.metadata["meaning"])
         for f in dataclasses.fields(Vehicle)
-        if "bounds" in f.metadata
+        if "bounds" in f.metadata or "table" in f.metadata
     },
     **{
         f.name: files.comment(f.metadata["unit"], f.metadata["meaning"])
@@ -335,8 +360,10 @@ COMMENTS: dict[str, str] = {
 }
 """Unit and meaning of :meth:`Vehicle.parameters`, on any contact law, for files."""
 
-QUANTITIES = tuple(f.name for f in dataclasses.fields(Vehicle) if "bounds" in f.metadata)
-"""Names of the fields of a Vehicle that hold a physical quantity."""
+QUANTITIES = tuple(
+    f.name for f in dataclasses.fields(Vehicle) if "bounds" in f.metadata and "group" not in f.metadata
+)
+"""Names of the fields that hold a physical quantity of every vehicle."""
 
 SWITCHES = ("wheelbase_curving", "printed_loads")
 """Names of the parameters that are 0 or 1."""
@@ -400,7 +427,8 @@ HIGH_SPEED_COACH = TABLE_1.replace(
     name="HIGH_SPEED_COACH",
     provenance=(
         "masses, inertias and suspension of the high-speed coach in Zhai, Vehicle-Track Coupled "
-        "Dynamics (appendix); contact and geometry of Table 1"
+        "Dynamics (appendix); contact and geometry of Table 1; height of the body and lateral stop "
+        "from public models of that coach (body 1.51 m, axle 0.43 m above the rails)"
     ),
     wheelset_mass=1400.0,
     primary_longitudinal_stiffness=10e6,
@@ -419,6 +447,12 @@ HIGH_SPEED_COACH = TABLE_1.replace(
     secondary_vertical_stiffness=0.40e6,
     secondary_lateral_damping=60e3,
     secondary_vertical_damping=80e3,
+    body_roll_inertia=75.06e3,
+    body_pitch_inertia=2.277e6,
+    body_yaw_inertia=2.086e6,
+    body_height=1.08,
+    half_pivot_distance=9.0,
+    frame_pitch_inertia=2710.0,
 )
 """A high-speed coach of the kind whose masses Table 1 has; its critical speed lies near the paper's."""
 

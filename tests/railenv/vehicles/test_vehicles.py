@@ -12,9 +12,15 @@ from hypothesis import strategies as st
 import railenv
 from railenv.errors import ParameterError, UnknownNameError
 from railenv.vehicles import QUANTITIES, CooperriderParameters, Vehicle, describe, preset
+from railenv.vehicles.further import GROUPS
 
 FIELDS = {f.name: f for f in dataclasses.fields(Vehicle)}
-RECORDS = {Vehicle: railenv.TABLE_1, CooperriderParameters: railenv.COOPERRIDER}
+FURTHER = [name for names in GROUPS.values() for name in names]
+TABLES = [name for name in FURTHER if "table" in FIELDS[name].metadata]
+POINTS = ((0.0, 0.1, 0.3), (0.0, 5e3, 8e3))
+COMPLETE = railenv.TABLE_1.replace(**{name: POINTS if name in TABLES else 1.0 for name in FURTHER})
+"""A vehicle with all parts that there are."""
+RECORDS = {Vehicle: COMPLETE, CooperriderParameters: railenv.COOPERRIDER}
 QUANTITY_FIELDS = [
     pytest.param(record, f, id=f"{kind.__name__}.{f.name}")
     for kind, record in RECORDS.items()
@@ -74,14 +80,14 @@ def test_every_field_is_described_in_order():
 
 def test_every_field_is_a_quantity_a_label_or_a_switch():
     others = {"name", "provenance", "conicity", "contact", "wheelbase_curving", "load_bookkeeping"}
-    others |= {"saturation", "saturation_of", "load_dependent_creep"}
-    assert set(FIELDS) == set(QUANTITIES) | others
+    others |= {"saturation", "saturation_of", "load_dependent_creep", "overturning"}
+    assert set(FIELDS) == set(QUANTITIES) | others | set(FURTHER)
     assert not set(QUANTITIES) & others
 
 
 def test_symbols_are_unique():
     symbols = [row.symbol for row in describe(Vehicle) if row.symbol]
-    assert len(symbols) == len(set(symbols)) == len(QUANTITIES) + 1  # and the conicity
+    assert len(symbols) == len(set(symbols)) == len(QUANTITIES) + len(FURTHER) + 1  # the conicity
 
 
 def test_parameters_are_the_quantities_and_the_switches_as_numbers():
@@ -98,6 +104,24 @@ def test_parameters_are_the_quantities_and_the_switches_as_numbers():
 def values(vehicle):
     """Return what a vehicle is made from."""
     return {name: getattr(vehicle, name) for name in FIELDS}
+
+
+def test_part_of_a_vehicle_is_given_as_a_whole_or_not_at_all():
+    for group, names in GROUPS.items():
+        if len(names) == 1:
+            continue
+        for left_out in names:
+            with pytest.raises(ParameterError, match=f"the {group} lacks {left_out}; give all of"):
+                COMPLETE.replace(**{left_out: None})
+        assert COMPLETE.replace(**dict.fromkeys(names)).groups == COMPLETE.groups - {group}
+    assert railenv.TABLE_1.groups == set()
+
+
+@pytest.mark.parametrize("name", TABLES)
+@pytest.mark.parametrize("wrong", [3.0, "none", ((0.0, 1.0), (0.0,)), ((0.0, -1.0), (0.0, 5.0))])
+def test_characteristic_that_is_none_is_refused(name, wrong):
+    with pytest.raises(ParameterError, match=name):
+        COMPLETE.replace(**{name: wrong})
 
 
 # ----------------------------------------------------------------------------- refusals
@@ -133,6 +157,8 @@ def test_value_out_of_range_is_refused_with_field_value_and_range(record, f):
 @pytest.mark.parametrize(("record", "f"), QUANTITY_FIELDS)
 def test_value_that_is_no_number_is_refused_with_field_and_value(record, f):
     for value in ("0.1", "", True, False, None, [0.1], 0.1j, {"value": 0.1}):
+        if value is None and f.default is None:
+            continue  # a part that the vehicle may lack
         with pytest.raises(ParameterError) as refusal:
             record.replace(**{f.name: value})
         assert f"{f.name} is {value!r}, which is not a number" in str(refusal.value)
@@ -222,11 +248,14 @@ def test_file_of_a_shipped_vehicle_is_plain_toml_with_units(vehicle, tmp_path):
     short = isinstance(vehicle.contact, railenv.Cone)
     expected = values(vehicle) | {"contact": vehicle.contact.to_mapping()}
     del expected["contact" if short else "conicity"]
+    expected = {
+        n: [list(x) for x in v] if n in TABLES else v for n, v in expected.items() if v is not None
+    }
     assert tomllib.loads(text) == expected
     for line in text.split("\n[contact]")[0].splitlines():
         name = line.split(" = ")[0]
         assert FIELDS[name].metadata["meaning"] in line
-        if name in QUANTITIES:
+        if name in (*QUANTITIES, *FURTHER):
             assert line.endswith(f"[{FIELDS[name].metadata['unit']}]")
 
 
