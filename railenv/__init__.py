@@ -45,8 +45,10 @@ if TYPE_CHECKING:
     from railenv.vehicles.assembly import Assembly
     from railenv.vehicles.declared import MovingBody
     from railenv.vehicles.presets import (
+        CRH380A,
         HIGH_SPEED_COACH_S1002,
         HIGH_SPEED_COACH_S1002_WORN,
+        MANCHESTER_1,
         PRESETS,
     )
 
@@ -86,16 +88,24 @@ _MODULES = {
     "vehicles.actuators": ("Actuator", "LateralActuator", "Sensors", "YawActuator"),
     "vehicles.assembly": ("Assembly",),
     "vehicles.declared": ("MovingBody",),
-    "vehicles.presets": ("HIGH_SPEED_COACH_S1002", "HIGH_SPEED_COACH_S1002_WORN", "PRESETS"),
+    "vehicles.presets": (
+        "CRH380A",
+        "HIGH_SPEED_COACH_S1002",
+        "HIGH_SPEED_COACH_S1002_WORN",
+        "MANCHESTER_1",
+        "PRESETS",
+    ),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 
 __all__ = [
     "COOPERRIDER",
+    "CRH380A",
     "HIGH_SPEED_COACH",
     "HIGH_SPEED_COACH_HOLLOW",
     "HIGH_SPEED_COACH_S1002",
     "HIGH_SPEED_COACH_S1002_WORN",
+    "MANCHESTER_1",
     "PRESETS",
     "TABLE_1",
     "TABLE_1_PRINTED_LOADS",

@@ -75,7 +75,10 @@ class Batch:
         self._write(
             self._layout.p,
             self._layout.dx,
-            [[*m.parameters.values(), *own] for m, own in zip(models, starts, strict=True)],
+            [
+                [*m.parameters.values(), *own, *[0.0] * len(m.site_names)]
+                for m, own in zip(models, starts, strict=True)
+            ],
         )
         self.conditions = [1.0, 0.0, 0.0]
 

@@ -242,6 +242,11 @@ class Equipped(Model):
         return self.plant.body_places
 
     @property
+    def sites(self) -> dict[str, float]:
+        """Place (m) along the vehicle of each body whose track may differ from that at the origin."""
+        return self.plant.sites
+
+    @property
     def guided(self) -> tuple[Guided, ...]:
         """The wheelsets."""
         return self.plant.guided

@@ -28,6 +28,7 @@ class Evaluator:
         self._x = self._w[layout.x : layout.u]
         self._u = self._w[layout.u : layout.c]
         self._c = self._w[layout.c : layout.p]
+        self._sites = self._w[layout.sites : layout.dx]
         self._dx = self._w[layout.dx : layout.work]
         self._signals = self._w[layout.o : layout.j]
         cells = np.array(self._kernels.CELLS, dtype=np.int64).reshape(-1, 2).T
@@ -41,13 +42,15 @@ class Evaluator:
         curvature: float = 0.0,
         cant: float = 0.0,
         u: ArrayLike = 0.0,
+        sites: ArrayLike = 0.0,
     ) -> None:
-        """Set states, running conditions and inputs."""
+        """Set states, running conditions, inputs, and how the track differs at the bodies' places."""
         self._x[:] = x
         self._u[:] = u
         self._c[0] = speed
         self._c[1] = curvature
         self._c[2] = cant
+        self._sites[:] = sites
 
     def rhs(self) -> Array:
         """Return the derivatives, shape (n_states,)."""

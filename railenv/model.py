@@ -129,7 +129,14 @@ class Model:
             self.name,
             self._signals,
             self._constants,
+            self.site_names,
         )
+
+    @property
+    def site_names(self) -> tuple[str, ...]:
+        """Numbers that say how the track at each body's place differs from that at the origin."""
+        names: tuple[str, ...] = self.equations.site_names
+        return names
 
     @property
     def _signals(self) -> Callable[..., Sequence[Any]] | None:
@@ -280,7 +287,7 @@ class Model:
     def rows(self) -> tuple[list[float], Array | None]:
         """Return what a buffer's parameter rows hold, and the tables that they point into, if any."""
         packed, (starts,) = pack([self.tables])
-        return [*self.parameters.values(), *starts], packed
+        return [*self.parameters.values(), *starts, *[0.0] * len(self.site_names)], packed
 
     @property
     def vehicle_name(self) -> str:
@@ -317,6 +324,11 @@ class Model:
         """Place (m) along the vehicle of each body that moves."""
         places = self.equations.places(SimpleNamespace(**self.parameters, **self.tables))
         return {name: float(places[name][0]) for name in self.body_names}
+
+    @property
+    def sites(self) -> dict[str, float]:
+        """Place (m) along the vehicle of each body whose track may differ from that at the origin."""
+        return {}
 
     @property
     def guided(self) -> tuple[Guided, ...]:

@@ -35,7 +35,7 @@ from railenv.vehicles import (
 from railenv.vehicles.assembly import AssembledEquations, Assembly
 from railenv.vehicles.declared import DeclaredEquations, MovingBody
 from railenv.vehicles.elements import Element, Wheelset
-from railenv.vehicles.further import BODY, GROUPS, OVERTURNING, PRIMARY_DAMPER, numbers_of
+from railenv.vehicles.further import BODY, GROUPS, NEEDS_BODY, OVERTURNING, PRIMARY_DAMPER, numbers_of
 from railenv.vehicles.guided import KINEMATIC_AMPLITUDE, Guided
 from railenv.vehicles.vehicle import SWITCHES
 
@@ -130,6 +130,12 @@ class Assembled(Model):
     def gravity(self) -> float:
         """Acceleration due to gravity, m/s^2."""
         return float(self.equations.assembly.with_numbers(self._values).gravity)
+
+    @property
+    def sites(self) -> dict[str, float]:
+        """Place (m) along the vehicle of each body whose track may differ from that at the origin."""
+        vehicle = self.equations.assembly.with_numbers(self._values)
+        return {body.name: float(body.x) for body in vehicle.bodies}
 
     @property
     def guided(self) -> tuple[Guided, ...]:
@@ -236,7 +242,7 @@ class _VehicleModel(Assembled):
     def _groups(self) -> frozenset[str]:
         """Parts of the model beyond the paper's bogie."""
         groups = self.vehicle.groups
-        return groups if self._body else groups - {BODY}
+        return groups if self._body else groups - {BODY, *NEEDS_BODY}
 
     @property
     def vehicle_name(self) -> str:
@@ -377,6 +383,9 @@ class Bogie(_VehicleModel):
     wheelset against frame) and ``M_b`` (secondary, frame against body) in N m, and the track
     irregularity under each wheelset: ``align`` (lateral, m), ``vert`` (vertical, m), ``cross``
     (cross-level, rad).
+
+    The body above is at rest. What a vehicle has between frame and body counts against that, but for
+    the lateral stops and the traction rod, which a frame alone does not reach and does not move.
 
     Parameters
     ----------

@@ -63,7 +63,8 @@ def simulate(
     radius, cant : float
         Curve radius (m; ``math.inf`` is tangent track, negative the other hand) and cant (rad).
     track : Track, optional
-        Curvature and cant along the line from distance 0, instead of ``radius`` and ``cant``.
+        Curvature and cant along the line from distance 0, instead of ``radius`` and ``cant``. Each
+        body runs on those of its own place.
     duration : float
         s.
     perturbation : mapping of str to float, optional
@@ -86,7 +87,8 @@ def simulate(
     -------
     control.TimeResponseData
         Outputs and states are the model's states; inputs are the model's inputs, then speed,
-        curvature and cant.
+        curvature and cant at the origin of the vehicle, and on a track that varies how it differs at
+        the place of each body (``curvature_at_w1`` and so on, see :attr:`railenv.Model.site_names`).
 
     Raises
     ------
@@ -211,7 +213,28 @@ class _Run:
         distances = distance + np.concatenate([[0.0], np.cumsum(steps)])
         columns = [self._signal(n, self.inputs.get(n, 0.0), times) for n in self.model.input_names]
         columns += [speeds, self.track.curvature_at(distances), self.track.cant_at(distances)]
+        columns += self._sites(distances)
         return np.ascontiguousarray(np.stack(columns, axis=1)), float(distances[-1])
+
+    @property
+    def site_names(self) -> tuple[str, ...]:
+        """What the track at each body's place is told by; nothing where the track does not vary."""
+        return self.model.site_names if len(self.track.distance) > 1 else ()
+
+    def _sites(self, distances: Array) -> list[Array]:
+        """Return how the track at each body's place differs from that at the origin, if it varies."""
+        if not self.site_names:
+            return []
+        track, columns = self.track, []
+        for place in self.model.sites.values():
+            there = distances + place
+            columns += [
+                track.curvature_at(there) - track.curvature_at(distances),
+                track.curvature_slope_at(there),
+                track.cant_at(there) - track.cant_at(distances),
+                track.cant_slope_at(there),
+            ]
+        return columns
 
     def initial_state(self, given: ArrayLike | None, perturbation: dict[str, float]) -> Array:
         """Return the state to start from."""
@@ -240,7 +263,8 @@ class _Run:
         ParameterError
             If forces are not finite there, or the duration has more than ``most`` of these steps.
         """
-        curvature, cant = self.drive(np.zeros(1), 0.0)[0][0, -2:]
+        n = self.model.n_inputs
+        curvature, cant = self.drive(np.zeros(1), 0.0)[0][0, n + 1 : n + 3]
         step = natural_step(self.model, start, speed=self.slowest, curvature=curvature, cant=cant)
         _count("the step that the fastest mode asks for", step, self.duration, most)
         return step
@@ -323,8 +347,8 @@ def _by_scipy(run: _Run, start: Array, times: Array, method: str, rtol: float, a
     def set_evaluator(t: float, x: Array) -> None:
         with np.errstate(**asked):  # functions of the caller's
             drive, _ = run.drive(np.array([t]), float(np.interp(t, grid, distance)))
-        speed, curvature, cant = drive[0, m:]
-        evaluator.set(x, speed, curvature, cant, drive[0, :m])
+        speed, curvature, cant = drive[0, m : m + 3]
+        evaluator.set(x, speed, curvature, cant, drive[0, :m], drive[0, m + 3 :])
 
     def f(t: float, x: Array) -> Array:
         set_evaluator(t, x)
@@ -380,7 +404,7 @@ def _response(run: _Run, times: Array, states: Array) -> control.TimeResponseDat
         issiso=False,
         output_labels=names,
         state_labels=names,
-        input_labels=[*run.model.input_names, *_CONDITIONS],
+        input_labels=[*run.model.input_names, *_CONDITIONS, *run.site_names],
         title=f"{run.model.name}",
         sysname=run.model.name,
         plot_inputs=False,

@@ -116,3 +116,16 @@ class Track:
     def cant_at(self, distance: ArrayLike) -> NDArray[np.float64]:
         """Return the cant angle (rad) at some distances (m)."""
         return np.interp(np.asarray(distance), self.distance, self.cant)
+
+    def curvature_slope_at(self, distance: ArrayLike) -> NDArray[np.float64]:
+        """Return how the curvature changes along the line (1/m^2) at some distances (m)."""
+        return self._slope_at(self.curvature, distance)
+
+    def cant_slope_at(self, distance: ArrayLike) -> NDArray[np.float64]:
+        """Return how the cant angle changes along the line (rad/m) at some distances (m)."""
+        return self._slope_at(self.cant, distance)
+
+    def _slope_at(self, values: tuple[float, ...], distance: ArrayLike) -> NDArray[np.float64]:
+        """Return the slope between knots; 0 before the first and beyond the last."""
+        slopes = np.concatenate([[0.0], np.diff(values) / np.diff(self.distance), [0.0]])
+        return slopes[np.searchsorted(self.distance, np.asarray(distance), side="right")]

@@ -37,6 +37,10 @@ _RIDE = (
 )
 
 
+_RANGES = ("conicity", "creep_factor", "wear")
+"""Ranges of the robust critical speed in a plan."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Plan:
     """What is evaluated.
@@ -82,6 +86,8 @@ class Plan:
         for name in ("curves", "ride_speeds"):
             if not getattr(self, name):
                 raise ParameterError(f"{name} is empty; the evaluation needs at least one")
+        for name in _RANGES:
+            object.__setattr__(self, name, checks.interval(name, getattr(self, name)))
         checks.number("ride_duration", self.ride_duration, low=1.0, unit="s")
 
     def robust_over(self, model: Model) -> dict[str, tuple[float, float]]:
@@ -259,6 +265,7 @@ class Evaluation:
         _check_numbers(
             "curves", [{k: v for k, v in row.items() if k != "loss"} for row in data["curves"]]
         )
+        checks.known("number in worst", data["worst"], _RANGES)
         for name in ("robust", "ride", "delays", "noises", "worst", "plan"):
             _check_numbers(name, data[name])
         return cls(

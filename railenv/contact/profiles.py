@@ -24,6 +24,8 @@ SHIPPED: Mapping[str, Kind] = MappingProxyType(
         "S1002": "wheel",
         "S1002_WORN": "wheel",
         "UIC60": "rail",
+        "LMA": "wheel",
+        "CHN60": "rail",
         "UIC519_A": "wheel",
         "UIC519_B": "wheel",
         "UIC519_H": "wheel",

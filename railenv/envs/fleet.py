@@ -87,7 +87,8 @@ class Fleet:
         rows += slots * max(1, self.n_actuators)
         self._blocks = buffers.zeros((n_blocks, layout.j * lanes))
         self._extras = buffers.zeros((n_blocks, rows * lanes))
-        self._plan = (before, after, slots, self.settings.observation == "state", longest)
+        full, varies = settings.observation == "state", settings.track != "constant"
+        self._plan = (before, after, slots, full, longest, varies)
         fraction = math.fmod(self.model.delay, T) if before else 0.0
         self._real_plan = (
             fraction / before if before else 0.0,
@@ -277,6 +278,11 @@ class Fleet:
         return self.model.guided
 
     @cached_property
+    def _sites(self) -> dict[str, float]:
+        """Places of the bodies of the settings' vehicle."""
+        return self.model.sites
+
+    @cached_property
     def _cells(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Rows and columns of the nonzero entries of the plant's Jacobian."""
         rows, columns = np.array(self.model.plant.kernels().CELLS).T
@@ -304,6 +310,8 @@ class Fleet:
             if k.N_FORCES:  # of all wheelsets or of none
                 limits = nadal_limits(self.settings.nadal_limit, g)
                 e[k.E_NADAL + 2 * row : k.E_NADAL + 2 * row + 2] = limits
+        sites = self._sites if plant is model.plant else plant.sites
+        e[k.E_PLACE : k.E_LIMIT] = list(sites.values())
         e[k.E_LIMIT : k.E_BIAS] = model.limits
         spread = (model.sensors.accelerometer_bias, model.sensors.gyro_bias)
         readings = 2 * len(model.sensed)

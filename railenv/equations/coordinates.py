@@ -21,11 +21,42 @@ GROUND = "ground"
 
 
 class Running(NamedTuple):
-    """Running conditions: speed (m/s), curvature (1/m) and cant angle (rad)."""
+    """Running conditions: speed (m/s), curvature (1/m), cant angle (rad), and their slopes.
+
+    On a transition each body has those of its own place; ``curvature_slope`` (1/m^2) and ``cant_slope``
+    (rad/m) say how curvature and cant change along the track there.
+    """
 
     speed: Scalar
     curvature: Scalar
     cant: Scalar
+    curvature_slope: Scalar = 0
+    cant_slope: Scalar = 0
+
+
+class Site(NamedTuple):
+    """How the track at a body's place differs from that at the vehicle's origin (see Running)."""
+
+    curvature: Scalar = 0
+    curvature_slope: Scalar = 0
+    cant: Scalar = 0
+    cant_slope: Scalar = 0
+
+
+def at_site(run: Running, site: Site) -> Running:
+    """Return the running conditions at a body's own place."""
+    return Running(
+        run.speed,
+        run.curvature + site.curvature,
+        run.cant + site.cant,
+        run.curvature_slope + site.curvature_slope,
+        run.cant_slope + site.cant_slope,
+    )
+
+
+def site_names(bodies: Sequence[str]) -> tuple[str, ...]:
+    """Names of the numbers of the sites of some bodies: ``curvature_at_w1, ...``."""
+    return tuple(f"{part}_at_{body}" for body in bodies for part in Site._fields)
 
 
 class Motion(NamedTuple):

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from railenv.equations.coordinates import Motion, Wrench
+from railenv.equations.coordinates import Motion, Running, Wrench
 from railenv.equations.functions import Scalar, sqrt, table, where_positive
 
 
@@ -68,25 +68,59 @@ def point(arm: Arm, m: Motion) -> tuple[list[Scalar], list[Scalar]]:
     return here, rate
 
 
-def relative(
-    a: tuple[Arm, Motion], b: tuple[Arm, Motion], between: Scalar, curvature: Scalar
-) -> Relative:
+class End(NamedTuple):
+    """One end of an element: its arm in the body, the body's motion, and the track at its place."""
+
+    arm: Arm
+    motion: Motion
+    run: Running
+
+
+def relative(a: End, b: End, height: Scalar, counts: Scalar) -> Relative:
     """Return how B's attachment moves against A's.
 
-    Each body's coordinates are measured from the track at its own place. On a curve the track of B is
-    turned by ``-curvature * between`` against that of A, where ``between`` (m) is how far B lies ahead,
-    and displaced by what a circle departs from its tangent; the turn moves what is off the middle.
+    Each body's coordinates are measured from the track at its own place, and the track of B differs
+    from that of A: it is turned, displaced and, on a cant ramp, twisted (:func:`track_between`).
+
+    Parameters
+    ----------
+    a, b : End
+    height : float
+        Of the attachment above the rails, m.
+    counts : float
+        1 where the track turns between bodies, 0 where it does not (as in the paper).
     """
-    here_a, rate_a = point(*a)
-    here_b, rate_b = point(*b)
-    place = [q - p for p, q in zip(here_a, here_b, strict=True)]
-    rates = [q - p for p, q in zip(rate_a, rate_b, strict=True)]
-    x_a, x_b = a[0].x, b[0].x
-    turn = curvature * between
-    place[0] = place[0] + turn * b[0].y
-    place[1] = place[1] + curvature * (x_b * x_b - x_a * x_a) / 2
-    place[5] = place[5] - turn
-    return Relative(*place, *rates)
+    here_a, rate_a = point(a.arm, a.motion)
+    here_b, rate_b = point(b.arm, b.motion)
+    place, rates = track_between(a, b, height)
+    return Relative(
+        *(q - p + counts * t for p, q, t in zip(here_a, here_b, place, strict=True)),
+        *(q - p + counts * t for p, q, t in zip(rate_a, rate_b, rates, strict=True)),
+    )
+
+
+def track_between(a: End, b: End, height: Scalar) -> tuple[list[Scalar], list[Scalar]]:
+    """Return how B's attachment stands against A's where both bodies are in the middle of the track.
+
+    Displacements and rotations, then their rates. Curvature and cant are linear between the two
+    places: B's track is turned by the integral of the curvature, displaced by what it departs from A's
+    tangent, and rolled by the difference of the cants, about the middle between the rails. The turn and
+    the roll move what is off the middle.
+    """
+    x_a, x_b = a.arm.x, b.arm.x
+    k_a, k_b = a.run.curvature, b.run.curvature
+    between = x_a - x_b  # how far B lies ahead
+    turn, twist = (k_a + k_b) / 2 * between, b.run.cant - a.run.cant
+    cubic = (x_a + x_b) * (k_b * x_a - k_a * x_b)
+    aside = (2 * k_b * x_b * x_b - 2 * k_a * x_a * x_a - cubic) / 6
+    V = a.run.speed
+    turning, twisting = V * (k_b - k_a), V * (b.run.cant_slope - a.run.cant_slope)
+    shifting = -turning * (x_a + x_b) / 2
+    y = b.arm.y
+    return (
+        [turn * y, aside - twist * height, twist * y, twist, 0, -turn],
+        [turning * y, shifting - twisting * height, twisting * y, twisting, 0, -turning],
+    )
 
 
 def at_centre(arm: Arm, f: Wrench) -> Wrench:

@@ -95,6 +95,12 @@ class Equipment:
     lateral_rates: tuple[str, ...]
 
     @property
+    def site_names(self) -> tuple[str, ...]:
+        """Numbers of the track at the bodies' places."""
+        names: tuple[str, ...] = self.plant.site_names
+        return names
+
+    @property
     def actuated(self) -> tuple[str, ...]:
         """Names of the actuators."""
         return tuple(mount.name for mount in self.mounts)
@@ -140,7 +146,8 @@ class Equipment:
             extra += actuator_rates(actuator, command, numbers(mount, p))
         forces = self._specific_forces(rates, motions, run, p)
         for body, force, sensor in zip(self.sensed, forces, sensors, strict=True):
-            extra += sensor_rates(sensor, force, inertial_yaw_rate(motions[body], run), p)
+            rate = inertial_yaw_rate(motions[body], self.plant.here(body, run, p))
+            extra += sensor_rates(sensor, force, rate, p)
         return [*rates, *extra]
 
     def signals(
@@ -170,7 +177,7 @@ class Equipment:
         gravity = self.plant.gravity(p)
         places = (self.states.index(name) for name in self.lateral_rates)
         return [
-            specific_force(rates[i], motions[body], run, gravity)
+            specific_force(rates[i], motions[body], self.plant.here(body, run, p), gravity)
             for body, i in zip(self.sensed, places, strict=True)
         ]
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from railenv.equations.bodies import accelerations, gyroscopic
+from railenv.equations.bodies import accelerations, gyroscopic, turning
 from railenv.equations.contact import contact, flange_spring, rail_forces
 from railenv.equations.coordinates import (
     AT_REST,
@@ -17,11 +17,12 @@ from railenv.equations.coordinates import (
     Rail,
     Running,
     Wrench,
+    at_site,
     motions,
     rails,
     total,
 )
-from railenv.equations.elements import Arm, Relative, at_centre, opposite, relative
+from railenv.equations.elements import Arm, End, Relative, at_centre, opposite, relative
 from railenv.equations.functions import Scalar
 from railenv.equations.loads import load
 
@@ -51,13 +52,14 @@ def rates(
     acting: Wrenches = {body.name: list(further.get(body.name, ())) for body in vehicle.bodies}
     own_rates = _elements(vehicle, moving, x, u, run, acting)
     for body, rail in zip(vehicle.wheelsets, _rails(vehicle, u), strict=True):
-        w = moving[body.name]
-        acting[body.name] += [contact(w, rail, run, body), gyroscopic(w, run, body)]
+        w, here = moving[body.name], at_site(run, vehicle.sites[body.name])
+        acting[body.name] += [contact(w, rail, here, body), gyroscopic(w, here, body)]
     found: list[Scalar] = []
     for body in vehicle.bodies:
         if not vehicle.coordinates[body.name]:
             continue
-        acting[body.name].append(load(body, run, vehicle.gravity))
+        here = at_site(run, vehicle.sites[body.name])
+        acting[body.name] += [load(body, here, vehicle.gravity), turning(here, body)]
         found += accelerations(total(acting[body.name]), body, vehicle.coordinates[body.name])
     return [*x[len(found) : 2 * len(found)], *found, *own_rates]
 
@@ -97,9 +99,12 @@ def seen_by(
     x = held[0].x if e.x is None else e.x
     y = 0 if e.pair else e.y
     arms = [Arm(x - body.x, y, e.z - body.z) for body in held]
-    a, b = ((arm, moving.get(name, AT_REST)) for arm, name in zip(arms, e.between, strict=True))
-    curvature = vehicle.wheelbase_curving * run.curvature
-    return arms[0], arms[1], relative(a, b, held[1].x - held[0].x, curvature)
+    a, b = (
+        End(arm, moving.get(name, AT_REST), at_site(run, vehicle.sites[body.name]))
+        for arm, name, body in zip(arms, e.between, held, strict=True)
+    )
+    height = e.z - vehicle.rail_level
+    return arms[0], arms[1], relative(a, b, height, vehicle.wheelbase_curving)
 
 
 def _rails(vehicle: Any, u: Sequence[Scalar]) -> list[Rail]:
@@ -118,7 +123,7 @@ def guiding_forces(
     found: list[Scalar] = []
     for body, rail in zip(vehicle.wheelsets, _rails(vehicle, u), strict=True):
         w = moving[body.name]
-        for f in rail_forces(w, rail, run, body):
+        for f in rail_forces(w, rail, at_site(run, vehicle.sites[body.name]), body):
             flange = flange_spring(f.side, w.y - rail.align, body)
             found += [flange - f.side * f.force_y, f.force_z]
     return found

@@ -10,10 +10,10 @@ class Layout:
     """Rows of the flat buffer ``w[row * L + lane]``, by their first index.
 
     In order: states ``x``, inputs ``u``, running conditions ``c`` (speed, curvature, cant),
-    parameters ``p``, derivatives ``dx``, two rows per state of work space of the integrators, what is
-    looked up in tables, signals ``o``, the nonzero entries of the Jacobian ``j``, and those of the
-    derivatives by the parameters ``q``. Buffers that only integrate end before ``j``, those without
-    derivatives by parameters before ``q``.
+    parameters ``p``, the track at each body's place ``sites``, derivatives ``dx``, two rows per state
+    of work space of the integrators, what is looked up in tables, signals ``o``, the nonzero entries of
+    the Jacobian ``j``, and those of the derivatives by the parameters ``q``. Buffers that only
+    integrate end before ``j``, those without derivatives by parameters before ``q``.
     """
 
     n_states: int
@@ -23,6 +23,7 @@ class Layout:
     n_signals: int = 0
     n_parameter_entries: int = 0
     n_lookups: int = 0
+    n_sites: int = 0
 
     @property
     def x(self) -> int:
@@ -45,9 +46,14 @@ class Layout:
         return self.c + 3
 
     @property
+    def sites(self) -> int:
+        """First row of how the track at each body's place differs from that at the origin."""
+        return self.p + self.n_parameters
+
+    @property
     def dx(self) -> int:
         """First row of the derivatives."""
-        return self.p + self.n_parameters
+        return self.sites + self.n_sites
 
     @property
     def work(self) -> int:

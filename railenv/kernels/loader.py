@@ -59,7 +59,7 @@ AT_ONCE = min(L, WIDE)
 """
 _ROWS = """
 NX = {0.n_states}
-U, C, P, DX = {0.u}, {0.c}, {0.p}, {0.dx}
+U, C, P, FIRST_SITE, DX = {0.u}, {0.c}, {0.p}, {0.sites}, {0.dx}
 WORK, O, J, Q = {0.work}, {0.o}, {0.j}, {0.q}
 """
 # 1.5 * 2^(mantissa bits): adding it leaves no bits for fractions
@@ -126,7 +126,7 @@ def layout_of(source: str) -> Layout:
     states, inputs, parameters, cells, further = (
         len(head[name]) for name in ("STATES", "INPUTS", "PARAMETERS", "CELLS", "PARAMETER_CELLS")
     )
-    own = (head["N_SIGNALS"], further, head["N_LOOKUPS"])
+    own = (head["N_SIGNALS"], further, head["N_LOOKUPS"], len(head["SITES"]))
     return Layout(states, inputs, parameters, cells, *own)
 
 

@@ -128,6 +128,7 @@ def kernel_source(
     title: str,
     signals: Callable[..., Sequence[Any]] | None = None,
     constants: Mapping[str, Any] | None = None,
+    sites: Sequence[str] = (),
 ) -> str:
     """Write the kernels of some equations of motion.
 
@@ -143,14 +144,18 @@ def kernel_source(
         Further results, of the same arguments as the equations; they get a function ``signals(w, t)``.
     constants : mapping of str to Any, optional
         Further names that the text defines.
+    sites : sequence of str
+        Names of further numbers that equations read, behind the parameters: the track at each body's
+        place. No derivatives are taken by them.
 
     Returns
     -------
     str
         A Python module, not yet complete: see :mod:`railenv.kernels.loader`.
     """
-    graph = trace(equations, states, inputs, parameters, signals)
-    jacobian, by_parameter = differentiate(graph), differentiate(graph, graph.parameters)
+    graph = trace(equations, states, inputs, (*parameters, *sites), signals)
+    jacobian = differentiate(graph)
+    by_parameter = differentiate(graph, graph.parameters[: len(parameters)])
     lookups = _lookups(graph)
     layout = Layout(
         len(states),
@@ -160,6 +165,7 @@ def kernel_source(
         len(graph.signals),
         len(by_parameter.entries),
         lookups.n_rows,
+        len(sites),
     )
     rows = lookups.numbered(layout.lookups)
     functions = [_function("rhs", graph, (), graph.outputs, range(layout.dx, layout.work), rows)]
@@ -178,6 +184,7 @@ def kernel_source(
             f"STATES = {tuple(states)!r}",
             f"INPUTS = {tuple(inputs)!r}",
             f"PARAMETERS = {tuple(parameters)!r}",
+            f"SITES = {tuple(sites)!r}",
             f"N_SIGNALS = {len(graph.signals)}",
             f"N_LOOKUPS = {lookups.n_rows}",
             f"CELLS = {jacobian.cells!r}  # (row, column) of each nonzero entry of the Jacobian",

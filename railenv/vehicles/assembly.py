@@ -20,9 +20,12 @@ from railenv.equations.coordinates import (
     GROUND,
     Motion,
     Running,
+    Site,
     Wrench,
+    at_site,
     irregularity_names,
     motions,
+    site_names,
     state_names,
 )
 from railenv.equations.functions import Scalar
@@ -279,6 +282,11 @@ class Assembly:
         return (*driven, *irregularity_names([w.name for w in self.wheelsets]))
 
     @cached_property
+    def site_names(self) -> tuple[str, ...]:
+        """Numbers that say how the track at each body's place differs from that at the origin."""
+        return site_names([body.name for body in self.bodies])
+
+    @cached_property
     def scales(self) -> list[float]:
         """Typical magnitude of each state."""
         n = 2 * sum(map(len, self.coordinates.values()))
@@ -384,7 +392,13 @@ class Assembly:
             coordinates=self.coordinates,
             gravity=gravity,
             wheelbase_curving=evaluate(self._own["wheelbase_curving"], values),
+            sites={b.name: self._site(b.name, values) for b in self.bodies},
+            rail_level=wheelsets[0].z - wheelsets[0].wheel_radius if wheelsets else 0,
         )
+
+    def _site(self, body: str, values: Values) -> Site:
+        """Return the track at a body's place; where nothing tells, it is that of the origin."""
+        return Site(*(values.get(name, 0) for name in site_names([body])))
 
     def _numbered(self, part: Part, values: Values) -> SimpleNamespace:
         found = self._fields(part, "", part, values)
@@ -483,6 +497,15 @@ class AssembledEquations:
     def motions(self, x: Sequence[Scalar]) -> dict[str, Motion]:
         """Motions of the bodies."""
         return motions(x, self.assembly.coordinates)
+
+    @property
+    def site_names(self) -> tuple[str, ...]:
+        """What :func:`railenv.equations.coordinates.site_names` returns for the bodies."""
+        return self.assembly.site_names
+
+    def here(self, body: str, run: Running, p: Scalar) -> Running:
+        """Return the running conditions at a body's own place."""
+        return at_site(run, self.assembly._site(body, vars(p)))
 
     def gravity(self, p: Scalar) -> Scalar:
         """Acceleration due to gravity."""

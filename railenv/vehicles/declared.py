@@ -156,7 +156,7 @@ class DeclaredEquations:
                     self._add(inputs, body.lateral_force, wrench.force_y)
                     self._add(inputs, body.yaw_moment, wrench.yaw)
                     body = by_name.get(body.reacts_on)
-        return list(self.equations(x, inputs, *run, p))
+        return list(self.equations(x, inputs, run.speed, run.curvature, run.cant, p))
 
     def _add(self, inputs: list[Scalar], name: str | None, value: Scalar) -> None:
         if name is not None:
@@ -170,6 +170,15 @@ class DeclaredEquations:
             body.name: AT_REST._replace(**{n: value[s] for n, s in body.states.items()})
             for body in self.bodies
         }
+
+    @property
+    def site_names(self) -> tuple[str, ...]:
+        """Equations of one's own know one place of the track."""
+        return ()
+
+    def here(self, body: str, run: Running, p: Scalar) -> Running:
+        """Return the running conditions at a body's place, which are those of the vehicle."""
+        return run
 
     def gravity(self, p: Scalar) -> Scalar:
         """Acceleration due to gravity: the parameter of that name, if there is one."""

@@ -24,6 +24,13 @@ BODY = "body"
 PRIMARY_DAMPER = "primary damper"
 """Group of the vertical dampers between wheelsets and frame."""
 
+NEEDS_BODY = ("lateral stop", "traction rod")
+"""Groups without effect under a body at rest.
+
+Under a body whose load acts on the frame, the frame moves by some millimetres, which is less than the
+clearance of a stop; and a rod in the middle is not stretched by a frame that does not pitch.
+"""
+
 OVERTURNING = "overturning"
 """What a bogie has whose body's lateral force acts at the body's height."""
 

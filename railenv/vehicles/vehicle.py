@@ -453,6 +453,12 @@ HIGH_SPEED_COACH = TABLE_1.replace(
     body_height=1.08,
     half_pivot_distance=9.0,
     frame_pitch_inertia=2710.0,
+    lateral_stop_force=(
+        (0.020, 0.025, 0.030, 0.035, 0.040, 0.045),
+        (0.0, 696.0, 2107.0, 5596.0, 12603.0, 30096.0),
+    ),
+    lateral_stop_height=0.25,
+    wheelbase_curving=True,
 )
 """A high-speed coach of the kind whose masses Table 1 has; its critical speed lies near the paper's."""
 

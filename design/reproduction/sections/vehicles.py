@@ -9,6 +9,7 @@ from design.reproduction.document import fragment
 from design.reproduction.section import Data, DataTable, Section
 from design.reproduction.store import Piece
 from railenv.vehicles import FieldDescription, Vehicle, describe
+from railenv.vehicles.further import FurtherParts
 
 _HEADER = ("symbol", "unit", *(v.name for v in VEHICLES), "meaning", "source")
 
@@ -45,7 +46,9 @@ class Vehicles(Section):
 
 
 def _fields() -> list[FieldDescription]:
-    return [f for f in describe(Vehicle) if f.name not in ("name", "provenance")]
+    """Return the fields that bogies as the paper's have."""
+    left_out = {"name", "provenance", "overturning", *(f.name for f in describe(FurtherParts))}
+    return [f for f in describe(Vehicle) if f.name not in left_out]
 
 
 def _row(field: FieldDescription) -> tuple[str, ...]:

@@ -149,8 +149,8 @@ def forces_between(assembly, x, u, run):
     """Generalised forces of the elements on the coordinates: by the model with and without them."""
     whole, free = railenv.Assembled(assembly), railenv.Assembled(bare(assembly))
     n = len(free.state_names) // 2
-    acted = np.array(whole.plain_rhs(x.tolist(), u.tolist(), *run))
-    alone = np.array(free.plain_rhs(x[: 2 * n].tolist(), u.tolist(), *run))
+    acted = np.array(whole.plain_rhs(x.tolist(), u.tolist(), *run[:3]))
+    alone = np.array(free.plain_rhs(x[: 2 * n].tolist(), u.tolist(), *run[:3]))
     return (acted[n : 2 * n] - alone[n:]) * inertias(numbers(assembly)), acted
 
 
