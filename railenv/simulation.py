@@ -342,13 +342,13 @@ def _by_scipy(run: _Run, start: Array, times: Array, method: str, rtol: float, a
     grid = np.linspace(0.0, times[-1], max(2001, 20 * len(times)))
     distance = integrate.cumulative_trapezoid(run._signal("speed", run.speed, grid), grid, initial=0.0)
 
-    asked = np.geterr()
+    asked, varies = np.geterr(), bool(run.site_names)
 
     def set_evaluator(t: float, x: Array) -> None:
         with np.errstate(**asked):  # functions of the caller's
             drive, _ = run.drive(np.array([t]), float(np.interp(t, grid, distance)))
         speed, curvature, cant = drive[0, m : m + 3]
-        evaluator.set(x, speed, curvature, cant, drive[0, :m], drive[0, m + 3 :])
+        evaluator.set(x, speed, curvature, cant, drive[0, :m], drive[0, m + 3 :] if varies else 0.0)
 
     def f(t: float, x: Array) -> Array:
         set_evaluator(t, x)

@@ -32,7 +32,7 @@ class Operation:
 
 REGIMES = ("tread", "flange", "one wheel lifted", "wheelset lifted", "sliding")
 
-_DISPLACEMENT = {"y": 3e-3, "z": 2e-4, "phi": 5e-4, "psi": 1e-3}
+_DISPLACEMENT = {"s": 1e-3, "y": 3e-3, "z": 2e-4, "phi": 5e-4, "psi": 1e-3}
 _RATE = {"y": 2e-2, "z": 1e-2, "phi": 1e-2, "psi": 1e-2}
 _INPUT = {"M": 1e4, "align": 1e-3, "vert": 2e-4, "cross": 5e-4}
 
@@ -50,7 +50,7 @@ def draw_operations(model, count, seed):
         regime = regimes[k % len(regimes)]
         x = np.empty(model.n_states)
         for i, name in enumerate(model.state_names):
-            kind, body = name.split("_")
+            kind, _, body = name.partition("_")
             table = _RATE if kind.startswith("d") else _DISPLACEMENT
             x[i] = table[kind.removeprefix("d")] * rng.uniform(-1.0, 1.0)
             x[i] -= 1e-3 * (kind == "z")

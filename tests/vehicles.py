@@ -2,6 +2,8 @@
 
 from functools import cache
 
+import numpy as np
+
 import railenv
 from railenv.equations.functions import tanh
 
@@ -71,3 +73,26 @@ def lateral():
 
 
 EQUIPPED = {"both": both, "own": own, "lateral": lateral}
+
+
+def mirrored(model, x):
+    """Return a state (or its rates) of an assembled vehicle in the mirror image of track and vehicle.
+
+    What is lateral, roll or yaw changes its sign; dampers on the left and right change places.
+    """
+    names, axes = (
+        list(model.state_names),
+        {e.name: getattr(e, "axis", "") for e in model.assembly.elements},
+    )
+    image = np.empty(len(names))
+    for i, name in enumerate(names):
+        kind, _, owner = name.partition("_")
+        partner, even = name, kind.removeprefix("d") in ("z", "theta")
+        for side, other in (("_left", "_right"), ("_right", "_left")):
+            if name.endswith(side):
+                partner = name.removesuffix(side) + other
+                owner = owner.removesuffix(side)
+        if owner in axes:
+            even = axes[owner] != "y"
+        image[names.index(partner)] = x[i] if even else -x[i]
+    return image

@@ -148,12 +148,15 @@ def _comparison(shown: list[railenv.Vehicle], rows: list[vehicle_records.FieldDe
     for v in shown:
         table.add_column(v.name.replace("_", "_\n"), justify="right", no_wrap=True)
     for row in _numeric(rows):
-        table.add_row(row.name, row.unit, *(_short(getattr(v, row.name)) for v in shown))
+        if any(getattr(v, row.name) is not None for v in shown):
+            table.add_row(row.name, row.unit, *(_short(getattr(v, row.name)) for v in shown))
     return table
 
 
 def _short(value: object) -> str:
     """Return a value for a table of several vehicles, contact laws by their kind only."""
+    if isinstance(value, tuple):
+        return "table"
     return value.kind if isinstance(value, ContactLaw) else _written(value)
 
 

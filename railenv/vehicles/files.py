@@ -55,7 +55,10 @@ def read(path: str | PathLike[str]) -> dict[str, Any]:
 
 def describes_assembly(data: Mapping[str, Any]) -> bool:
     """Whether the content of a file is that of an assembly, not of a Vehicle's fields."""
-    return "parameters" in data or any(isinstance(value, list) for value in data.values())
+    return "parameters" in data or any(
+        isinstance(value, list) and (name in KINDS or any(isinstance(v, dict) for v in value))
+        for name, value in data.items()
+    )
 
 
 def fields_of(data: Mapping[str, Any], source: str) -> dict[str, Any]:

@@ -166,7 +166,7 @@ def test_parallel_damper_is_linear_for_small_and_flat_for_large_rates():
 
 def test_sensors_at_rest_in_a_curve_read_cant_deficiency_and_the_tracks_own_turning():
     model = railenv.Equipped(COACH, "secondary")
-    speed, radius, cant = 60.0, 2500.0, 0.05
+    speed, radius, cant = 60.0, 4000.0, 0.03
     found = railenv.find_equilibrium(model, speed=speed, radius=radius, cant=cant)
     uncompensated = speed**2 / radius - 9.81 * cant
     assert found["accel_b"] == pytest.approx(9.81 * found["phi_b"] - uncompensated, rel=1e-9)
@@ -178,7 +178,7 @@ def test_sensors_at_rest_in_a_curve_read_cant_deficiency_and_the_tracks_own_turn
 
 def test_guiding_forces_and_loads_balance_the_lateral_force_and_the_weight_on_a_curve():
     model = railenv.Equipped(COACH, "none")
-    speed, radius, cant = 60.0, 2500.0, 0.05
+    speed, radius, cant = 60.0, 4000.0, 0.03
     state = railenv.find_equilibrium(model, speed=speed, radius=radius, cant=cant).state
     signals = model.signals(state, speed=speed, curvature=1 / radius, cant=cant)
     named = dict(zip(model.signal_names, signals, strict=True))

@@ -222,7 +222,7 @@ def test_cones_have_no_flange_to_climb():
     env = make(BOGIE)
     k = env.fleet._kernels
     env.reset(seed=0)
-    tops = env.fleet._view(env.fleet._extras, 0)[k.E_TOP : k.E_LIMIT]
+    tops = env.fleet._view(env.fleet._extras, 0)[k.E_TOP : k.E_PLACE]
     assert (tops >= 1e300).all()
 
 
