@@ -32,6 +32,7 @@ _STYLE: Any = {
     "legend.frameon": False,
 }
 _COLUMNS = 2
+_HEADROOM = 0.3  # for the legend
 _NEAR = 0.4  # of a limit: where all is below it, the limit is told instead of drawn
 
 
@@ -73,11 +74,12 @@ def plot_histories(assessment: Assessment, name: str, ax: Axes) -> None:
             ax.axhline(factor * limit, **_LIMIT)
             if min(float(h.value.min()) for h in shown) < -_NEAR * limit:
                 ax.axhline(-factor * limit, **_LIMIT)
+    low, high = ax.get_ylim()
+    ax.set_ylim(low, high + _HEADROOM * (high - low))
     ax.set_xlim(*assessment.section)
     ax.set_ylabel(unit)
     ax.set_title(title)
     ax.legend(loc="upper left", ncols=4, columnspacing=1.0, handlelength=1.2)
-    ax.margins(y=0.25)
 
 
 def _styles(shown: list[History]) -> list[dict[str, Any]]:

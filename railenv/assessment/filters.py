@@ -108,9 +108,9 @@ def sliding_mean(distance: Array, signal: Array, window: float, step: float) -> 
         If the track is shorter than a stretch.
     """
     length = float(distance[-1] - distance[0])
-    if length < window:
+    if length < window * (1.0 - 1e-9):
         raise ParameterError(f"the track is {length:g} m long; it must be at least {window:g} m")
-    starts = distance[0] + step * np.arange(int((length - window) / step * (1.0 + 1e-12)) + 1)
+    starts = distance[0] + step * np.arange(int(max(length - window, 0.0) / step + 1e-9) + 1)
     ends = np.minimum(starts + window, distance[-1])
     total = _integral(distance, signal, ends) - _integral(distance, signal, starts)
     return starts + window / 2.0, total / window

@@ -53,6 +53,11 @@ class Quantity:
     filter: str
     group: Group
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "value", float(self.value))  # plain numbers for JSON
+        if self.limit is not None:
+            object.__setattr__(self, "limit", float(self.limit))
+
     @property
     def share(self) -> float | None:
         """Value over limit."""
@@ -115,10 +120,14 @@ class Stretch:
 
     @cached_property
     def inside(self) -> NDArray[np.bool_]:
-        """Which samples lie in the section."""
+        """Which samples belong to the section, from the last at its start to the first at its end."""
         s = self.readings.distance
         slack = 1e-9 * s[-1]
-        return np.asarray((s >= self.section[0] - slack) & (s <= self.section[1] + slack))
+        first = max(int(np.searchsorted(s, self.section[0] + slack)) - 1, 0)
+        last = int(np.searchsorted(s, self.section[1] - slack))
+        found = np.zeros(len(s), dtype=bool)
+        found[first : last + 1] = True
+        return found
 
     @property
     def distance(self) -> Array:

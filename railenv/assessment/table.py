@@ -25,9 +25,9 @@ def shown_quantities(assessment: Assessment, every: bool) -> list[Quantity]:
 def text_table(assessment: Assessment, every: bool) -> str:
     """Return a table with columns of equal width, groups under their headings, and the verdict."""
     found = shown_quantities(assessment, every)
-    rows = [_cells(q) for q in found]
+    rows = [cells(q) for q in found]
     widths = [max(len(row[k]) for row in (HEADINGS, *rows)) for k in range(len(HEADINGS))]
-    lines = [_title(assessment), "", _line(HEADINGS, widths)]
+    lines = [title(assessment), "", _line(HEADINGS, widths)]
     for group, members in groupby(zip(found, rows, strict=True), key=lambda pair: pair[0].group):
         lines += [group.upper(), *(_line(row, widths) for _, row in members)]
     lines += ["", *(f"left out: {note}" for note in assessment.notes), verdict(assessment)]
@@ -38,11 +38,11 @@ def markdown_table(assessment: Assessment, every: bool) -> str:
     """Return a Markdown table with the group of each quantity, then the verdict."""
     headings = ("group", *(h or "within" for h in HEADINGS))
     rule = ["---", *("---:" if k in _TO_THE_RIGHT else "---" for k in range(len(HEADINGS)))]
-    rows = [(q.group, *_cells(q)) for q in shown_quantities(assessment, every)]
-    lines = [f"| {' | '.join(cells)} |" for cells in (headings, rule, *rows)]
+    rows = [(q.group, *cells(q)) for q in shown_quantities(assessment, every)]
+    lines = [f"| {' | '.join(row)} |" for row in (headings, rule, *rows)]
     notes = [f"- left out: {note}" for note in assessment.notes]
     return "\n".join(
-        [_title(assessment), "", *lines, "", *notes, *([""] if notes else []), verdict(assessment)]
+        [title(assessment), "", *lines, "", *notes, *([""] if notes else []), verdict(assessment)]
     )
 
 
@@ -58,16 +58,18 @@ def verdict(assessment: Assessment) -> str:
     return f"LIMITS EXCEEDED: {listed}"
 
 
-def _title(assessment: Assessment) -> str:
+def title(assessment: Assessment) -> str:
+    """Return one line that says what ran where."""
     first, last = assessment.section
     curve = "tangent track" if math.isinf(assessment.radius) else f"R = {assessment.radius:.4g} m"
     return (
         f"{assessment.model}, {first:.0f} to {last:.0f} m, up to {assessment.speed:.4g} m/s, {curve}, "
-        f"hunting looked for at {assessment.hunting_frequency:.2f} Hz"
+        f"instability read at {assessment.hunting_frequency:.2f} Hz"
     )
 
 
-def _cells(q: Quantity) -> tuple[str, ...]:
+def cells(q: Quantity) -> tuple[str, ...]:
+    """Return the row of a quantity."""
     unit, factor, precision = _SHOWN[q.unit]
     value = f"{q.value * factor:{precision}} {unit}".strip()
     limit = "" if q.limit is None else f"{q.limit * factor:{precision}} {unit}".strip()
@@ -79,9 +81,9 @@ def _share(q: Quantity) -> str:
     return "" if q.share is None else f"{q.share:.0%}"
 
 
-def _line(cells: tuple[str, ...], widths: list[int]) -> str:
+def _line(row: tuple[str, ...], widths: list[int]) -> str:
     padded = [
         cell.rjust(width) if k in _TO_THE_RIGHT else cell.ljust(width)
-        for k, (cell, width) in enumerate(zip(cells, widths, strict=True))
+        for k, (cell, width) in enumerate(zip(row, widths, strict=True))
     ]
     return "  ".join(padded).rstrip()
