@@ -11,6 +11,7 @@ from importlib import import_module as _import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from railenv.assessment import Assessment, assess
     from railenv.contact.conicity import equivalent_conicity
     from railenv.contact.family import ProfileFamily
     from railenv.contact.laws import ArcProfile, Cone, HollowTread, LinearProfile
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _MODULES = {
+    "assessment": ("Assessment", "assess"),
     "contact.conicity": ("equivalent_conicity",),
     "contact.laws": ("ArcProfile", "Cone", "HollowTread", "LinearProfile"),
     "contact.pair": ("ProfilePair",),
@@ -113,6 +115,7 @@ __all__ = [
     "ArcProfile",
     "Assembled",
     "Assembly",
+    "Assessment",
     "Bogie",
     "Coach",
     "CompilationError",
@@ -141,6 +144,7 @@ __all__ = [
     "UnknownNameError",
     "Vehicle",
     "YawActuator",
+    "assess",
     "equivalent_conicity",
     "find_equilibrium",
     "simulate",

@@ -1,22 +1,24 @@
-"""Track irregularity with the ERRI B176 spectra, synthesised along a line.
+"""Track irregularity along a line: synthesised with the ERRI B176 spectra, or measured.
 
-A line is a periodic record of random phases whose amplitude at every wavelength is exactly that of the
-spectrum. A run starts anywhere on it; the trailing wheelset passes the same track as the leading one.
+A synthesised line is a periodic record of random phases whose amplitude at every wavelength is exactly
+that of the spectrum. A measured one (:meth:`Line.from_file`) fades out at both ends and is zero beyond.
+The trailing wheelset passes the same track as the leading one.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Literal, get_args
+from os import PathLike
+from typing import Any, Literal, Self, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from railenv import checks
-from railenv.errors import ParameterError
+from railenv.errors import ParameterError, shown
 
 Level = Literal["low", "high"]
 Kind = Literal["align", "vert", "cross"]
@@ -29,6 +31,9 @@ LEVELS: Mapping[Level, Mapping[str, float]] = {
 }
 HALF_BASE = 0.75
 """m, half the distance over which the cross-level angle is measured."""
+
+FADE = 20.0
+"""m over which irregularity grows from nothing, at the start of a run and at the ends of a line."""
 
 SPACING = 0.25
 """m between samples of a line."""
@@ -65,36 +70,154 @@ def spectrum(kind: Kind, wavenumber: ArrayLike, level: Level) -> NDArray[np.floa
     return LEVELS[level]["vertical"] * common * turned
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Line:
-    """Irregularity along a line that repeats after its length.
+    """Irregularity along a line, linear between samples.
 
     Attributes
     ----------
     align, vert : ndarray, shape (samples,)
-        Lateral and vertical displacement of the rails, m.
+        Lateral and vertical displacement of the rails, m; to the left and up are positive.
     cross : ndarray, shape (samples,)
-        Cross-level angle, rad.
+        Cross-level angle, rad; positive where the left rail is the higher one.
     spacing : float
         Distance between samples, m.
+    repeats : bool
+        Whether the line goes on from its start after its end. If not, it fades out over the first and
+        the last 20 m (:data:`FADE`) and is zero beyond, so that there is no jump.
+
+    Raises
+    ------
+    ParameterError
+        If the records differ in length or have a value that is not finite, or a line that does not
+        repeat is shorter than its two fades.
     """
 
     align: NDArray[np.float64]
     vert: NDArray[np.float64]
     cross: NDArray[np.float64]
     spacing: float
+    repeats: bool = True
+
+    def __post_init__(self) -> None:
+        spacing = checks.number("spacing", self.spacing, low=0.0, open_low=True, unit="m")
+        object.__setattr__(self, "spacing", spacing)
+        for kind in get_args(Kind):
+            record = checks.numbers(f"{kind} of a line", getattr(self, kind), least=2)
+            if not np.isfinite(record).all():
+                raise ParameterError(f"{kind} of a line has a value that is not finite")
+            object.__setattr__(self, kind, record)
+        counts = {kind: len(getattr(self, kind)) for kind in get_args(Kind)}
+        if len(set(counts.values())) > 1:
+            listed = ", ".join(f"{kind} {count}" for kind, count in counts.items())
+            raise ParameterError(f"records of a line have as many samples each; these have {listed}")
+        if not self.repeats and self.length < 2.0 * FADE:
+            raise ParameterError(
+                f"a line that does not repeat has {self.length:g} m; it must have at least "
+                f"{2.0 * FADE:g} m, for it fades over {FADE:g} m at each end"
+            )
+
+    @classmethod
+    def from_file(
+        cls,
+        path: str | PathLike[str],
+        *,
+        unit: Literal["m", "mm"],
+        base: float = 2.0 * HALF_BASE,
+        opposite: Sequence[str] = (),
+        repeats: bool = False,
+    ) -> Self:
+        """Read a measured line from a CSV file.
+
+        Its first line names the columns, behind comment lines that start with ``#``; columns are
+        separated by commas, semicolons or tabs. There is ``distance`` (m, increasing), and either
+
+        - ``align`` and ``vert`` (unit as told) and ``cross`` (rad), as the attributes of a line, or
+        - ``alignment_left``, ``alignment_right``, ``level_left``, ``level_right`` of the rails (unit as
+          told), and ``cross_level``, the height of the left rail above the right one without the design
+          cant; where it is left out it is ``level_left - level_right``.
+
+        Displacements to the left and up are positive, for both rails. Alignment and level of the line
+        are the means over the rails; what the gauge varies is not used. Other columns are ignored. The
+        first row is distance 0 of the line. Rows at varying spacing are interpolated linearly to their
+        median spacing.
+
+        Parameters
+        ----------
+        path : path
+        unit : {"m", "mm"}
+            Of all lengths but the distance.
+        base : float
+            m across the track over which the cross level is measured; turns it into an angle.
+        opposite : sequence of str
+            Columns whose sign in the file is the other one.
+        repeats : bool
+            Whether the line begins again after its end; then the file's ends should meet.
+
+        Raises
+        ------
+        ParameterError
+            If the file is no such table; the message names file, column and row.
+        UnknownNameError
+            If a column in ``opposite`` is not read.
+        """
+        from railenv.irregularity_files import read
+
+        records, spacing = read(path, unit=unit, base=base, opposite=opposite)
+        return cls(records["align"], records["vert"], records["cross"], spacing, repeats)
+
+    def to_file(self, path: str | PathLike[str]) -> None:
+        """Write a CSV file of distance, align, vert (m) and cross (rad), which ``from_file`` reads."""
+        from railenv.irregularity_files import write
+
+        write(path, self.spacing, {kind: getattr(self, kind) for kind in get_args(Kind)})
 
     @property
     def length(self) -> float:
-        """Length (m) after which the line repeats."""
-        return self.spacing * len(self.align)
+        """Length (m) after which the line repeats, or ends."""
+        return self.spacing * (len(self.align) - (not self.repeats))
+
+    def faded(self) -> Self:
+        """Return the line with its fades in the records, as a line that repeats: its ends are zero."""
+        if self.repeats:
+            return self
+        places = self.spacing * np.arange(len(self.align))
+        align, vert, cross = (self.at(kind, places) for kind in get_args(Kind))
+        return type(self)(align, vert, cross, self.spacing)
 
     def at(self, kind: Kind, distance: ArrayLike) -> NDArray[np.float64]:
         """Return one irregularity at some distances (m), linear between samples."""
         checks.known("kind of irregularity", [kind], get_args(Kind))
         record = getattr(self, kind)
-        position = np.asarray(distance, dtype=float) / self.spacing
-        return np.interp(position, np.arange(len(record)), record, period=len(record))
+        place = np.asarray(distance, dtype=float)
+        position = place / self.spacing
+        if not self.repeats:
+            fade = np.clip(np.minimum(place, self.length - place) / FADE, 0.0, 1.0)
+            return fade * np.interp(position, np.arange(len(record)), record)
+        floor = np.floor(position)
+        cell = floor.astype(np.int64) % len(record)
+        here, there = record[cell], record[(cell + 1) % len(record)]
+        return here + (position - floor) * (there - here)
+
+
+def given(value: Any) -> Line | None:
+    """Return the line that a setting asks for: a level of ERRI B176, a line, or None for none.
+
+    Raises
+    ------
+    ParameterError
+        If it is anything else.
+    """
+    if value is None or isinstance(value, Line):
+        return value
+    if not isinstance(value, str):
+        raise ParameterError(
+            f"irregularity is {shown(value)}; it must be the name of a level or a "
+            "railenv.irregularity.Line"
+        )
+    checks.known("irregularity", [value], get_args(Level))
+    level: Any = value
+    return line(level)
 
 
 def synthesise(level: Level, *, seed: int, samples: int = SAMPLES, spacing: float = SPACING) -> Line:

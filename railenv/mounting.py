@@ -131,6 +131,13 @@ def frames(plant: Model) -> list[str]:
     return [name for name in others if set(_neighbours(assembly, name)) & set(wheelsets)]
 
 
+def joined(plant: Model, name: str, among: Sequence[str]) -> list[str]:
+    """Return those of some bodies to which elements join a body; none in equations of one's own."""
+    assembly = assembly_of(plant)
+    found = [] if assembly is None else _neighbours(assembly, name)
+    return [other for other in among if other in found]
+
+
 def _secondary(plant: Model) -> list[tuple[str, str]]:
     """Each frame with the body that it carries, or the ground."""
     assembly, wheelsets = assembly_of(plant), _wheelsets(plant)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,6 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from railenv import checks
 from railenv.equilibrium import find_equilibrium
 from railenv.errors import ParameterError, SimulationError, shown
+from railenv.irregularity import FADE, Kind, Level, Line
+from railenv.irregularity import given as line_given
 from railenv.model import Model
 from railenv.track import Track
 
@@ -46,6 +48,8 @@ def simulate(
     perturbation: Mapping[str, float] | None = None,
     initial_state: ArrayLike | None = None,
     inputs: Mapping[str, Signal] | None = None,
+    irregularity: Level | Line | None = None,
+    irregularity_factor: float = 1.0,
     step: float | None = None,
     output_step: float = _OUTPUT_STEP,
     method: str = "RK4",
@@ -73,6 +77,12 @@ def simulate(
         Where to start; the running equilibrium at the start of the track when left out.
     inputs : mapping of str to (float or callable), optional
         Inputs by name, constant or functions of time; the others are zero.
+    irregularity : {"low", "high"} or Line, optional
+        Displacement of the rails under all wheelsets, each at its own place along the line: a level of
+        ERRI B176 or a :class:`railenv.irregularity.Line`, from its start. It grows from nothing over
+        the first 20 m of the run.
+    irregularity_factor : float, default 1.0
+        Factor on it.
     step : float, optional
         Time step of RK4, s; chosen from the fastest mode when left out.
     output_step : float, default 0.005
@@ -92,6 +102,8 @@ def simulate(
 
     Raises
     ------
+    ParameterError
+        If an argument is not allowed, or both ``irregularity`` and ``inputs`` displace the rails.
     SimulationError
         If a state does not stay finite; its ``response`` holds what was computed until then.
     EquilibriumError
@@ -110,7 +122,8 @@ def simulate(
     line = _line(track, radius, cant)
     duration = checks.number("duration", duration, low=0.0, open_low=True, unit="s")
     output_step = checks.number("output_step", output_step, low=0.0, open_low=True, unit="s")
-    run = _Run(model, speed, line, checks.mapping("inputs", inputs), duration)
+    rails = _Rails.of(model, irregularity, irregularity_factor)
+    run = _Run(model, speed, line, checks.mapping("inputs", inputs), duration, rails)
     start = run.initial_state(initial_state, checks.mapping("perturbation", perturbation))
     rows = _count("output_step", output_step, duration, _MOST_SAMPLES)
     times = np.linspace(0.0, duration, rows + 1)
@@ -155,6 +168,37 @@ def _count(name: str, step: float, whole: float, most: int) -> int:
     return max(1, math.ceil(ratio - 1e-9))
 
 
+@dataclass(frozen=True)
+class _Rails:
+    """What displaces the rails under the wheelsets of a model: a line, and the factor on it."""
+
+    model: Model
+    line: Line
+    factor: float
+
+    @classmethod
+    def of(cls, model: Model, irregularity: Level | Line | None, factor: float) -> _Rails | None:
+        """Return what the arguments of :func:`simulate` ask for."""
+        factor = checks.number("irregularity_factor", factor, low=0.0)
+        line = line_given(irregularity)
+        if line is None:
+            return None
+        if not any(wheelset.rails for wheelset in model.guided):
+            raise ParameterError(
+                f"irregularity is given, but {model.name} has no inputs that displace its rails"
+            )
+        return cls(model, line, factor)
+
+    def columns(self, distance: Array) -> dict[str, Array]:
+        """Return align, vert and cross of each wheelset where the vehicle has come to (m), by input."""
+        grown = self.factor * np.clip(distance / FADE, 0.0, 1.0)
+        return {
+            name: grown * self.line.at(kind, distance + wheelset.x)
+            for wheelset in self.model.guided
+            for kind, name in zip(get_args(Kind), wheelset.rails, strict=False)
+        }
+
+
 @dataclass
 class _Run:
     """What drives a simulation: speed, track and inputs as functions of time."""
@@ -164,9 +208,16 @@ class _Run:
     track: Track
     inputs: dict[str, Signal]
     duration: float
+    rails: _Rails | None = None
 
     def __post_init__(self) -> None:
         checks.known("input", self.inputs, self.model.input_names)
+        twice = set(self.inputs) & set(self.rails.columns(np.zeros(1)) if self.rails else ())
+        if twice:
+            raise ParameterError(
+                f"inputs has {', '.join(sorted(twice))}, and irregularity displaces the same rails; "
+                "give either irregularity or these inputs"
+            )
         times = np.linspace(0.0, self.duration, 1001)
         self._sampled = self._signal("speed", self.speed, times)
         if not (self._sampled > 0.0).all():
@@ -179,7 +230,8 @@ class _Run:
     def constant(self) -> bool:
         """Whether nothing varies, so that the kernel can hold it all."""
         signals = [self.speed, *self.inputs.values()]
-        return len(self.track.distance) == 1 and not any(callable(s) for s in signals)
+        varying = self.rails is not None or any(callable(s) for s in signals)
+        return len(self.track.distance) == 1 and not varying
 
     @property
     def slowest(self) -> float:
@@ -211,7 +263,11 @@ class _Run:
         speeds = self._signal("speed", self.speed, times)
         steps = np.diff(times) * (speeds[1:] + speeds[:-1]) / 2.0
         distances = distance + np.concatenate([[0.0], np.cumsum(steps)])
-        columns = [self._signal(n, self.inputs.get(n, 0.0), times) for n in self.model.input_names]
+        rails = self.rails.columns(distances) if self.rails else {}
+        columns = [
+            rails[n] if n in rails else self._signal(n, self.inputs.get(n, 0.0), times)
+            for n in self.model.input_names
+        ]
         columns += [speeds, self.track.curvature_at(distances), self.track.cant_at(distances)]
         columns += self._sites(distances)
         return np.ascontiguousarray(np.stack(columns, axis=1)), float(distances[-1])

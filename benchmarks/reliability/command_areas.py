@@ -189,6 +189,12 @@ _COMMANDS: dict[str, dict[str, st.SearchStrategy[str] | None]] = {
         "--step": _number(1e-4, 2e-3),
         "--show": rarely(st.just("y_w1"), _ODD),
         "--csv": st.sampled_from(["out.csv", "no/such/out.csv", "."]),
+        "--irregularity": rarely(st.sampled_from(["low", "high"]), _ODD),
+        "--irregularity-unit": rarely(st.sampled_from(["m", "mm"]), _ODD),
+        "--irregularity-factor": _number(0.0, 2.0),
+        "--straight": _number(0.0, 50.0),
+        "--transition": _number(10.0, 100.0),
+        "--curve": _number(10.0, 100.0),
     },
     "map": {
         **_COMMON,

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
+from rich.text import Text
 
 import railenv
 from railenv.cli.options import ModelName, VehicleOptions
@@ -82,7 +83,7 @@ def report(found: Found, plot: Path | None, as_json: bool) -> None:
         print_json(found.summary)
     else:
         for part in found.shown:
-            out.print(part, highlight=False)
+            out.print(part, highlight=False, soft_wrap=isinstance(part, Text))
     if plot:
         save(found.draw(), plot, as_json)
 

@@ -109,6 +109,39 @@ class CurveOptions:
 
 
 @dataclass(frozen=True)
+class TrackOptions:
+    """How the curve begins and ends, and how the rails lie."""
+
+    straight: Annotated[
+        float | None, typer.Option(help="Straight track before the curve, m; with --transition.")
+    ] = None
+    transition: Annotated[
+        float | None,
+        typer.Option(
+            help="Length of the transition into the curve, m; the whole track is the curve if left out."
+        ),
+    ] = None
+    curve_length: Annotated[
+        float | None,
+        typer.Option(
+            "--curve",
+            help="Length of the full curve, m, after which a transition leads to a straight; it never "
+            "ends if left out.",
+        ),
+    ] = None
+    irregularity: Annotated[
+        str | None,
+        typer.Option(
+            help="Irregularity of the track: low or high (ERRI B176), or a CSV file of a measured line."
+        ),
+    ] = None
+    irregularity_unit: Annotated[
+        str | None, typer.Option(help="Unit of the lengths in that file, m or mm.")
+    ] = None
+    irregularity_factor: Annotated[float, typer.Option(help="Factor on the irregularity.")] = 1.0
+
+
+@dataclass(frozen=True)
 class ControlOptions:
     """Which controller closes the loop, if any: a name or a file, or a yaw rate that is damped."""
 

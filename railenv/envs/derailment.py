@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-
+from railenv.contact.nadal import angle_of_flange, nadal
 from railenv.errors import ParameterError
 from railenv.vehicles.guided import Guided
 
@@ -11,17 +10,6 @@ CONTACT_ANGLE = "contact angle"
 """The setting ``nadal_limit`` that takes the limit from the flange."""
 
 _NEVER = 1e300
-
-
-def nadal(flange_angle: float, friction: float) -> float:
-    """Return Nadal's limit of Y/Q, (tan g - mu) / (1 + mu tan g), for a flange angle g (rad).
-
-    >>> import math
-    >>> round(nadal(math.radians(70.0), 0.36), 2)
-    1.2
-    """
-    steep = math.tan(flange_angle)
-    return (steep - friction) / (1.0 + friction * steep)
 
 
 def nadal_limits(setting: float | str, wheelset: Guided) -> tuple[float, float]:
@@ -53,13 +41,14 @@ def _flange_angle(wheelset: Guided, side: int) -> float:
             "do not tell its profiles; give a number"
         )
     law = wheelset.laws[side]
-    if law.flange_angle is None or not math.isfinite(law.flange_clearance or math.inf):
+    angle = angle_of_flange(law)
+    if angle is None:
         raise ParameterError(
             f"nadal_limit is {CONTACT_ANGLE!r}, but the contact of {wheelset.name} is {law.called}, "
             "which has no flange whose angle could be taken; give a number, or a contact with profiles "
             "(railenv.ProfilePair, railenv.ProfileFamily)"
         )
-    return law.flange_angle
+    return angle
 
 
 def flange_tops(wheelset: Guided) -> tuple[float, float, float, float]:

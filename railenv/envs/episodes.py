@@ -14,7 +14,6 @@ from railenv import checks
 from railenv.envs.observation import CANT_BASE
 from railenv.envs.settings import LOWEST_SPEED, RANDOMIZABLE, Settings
 from railenv.errors import ParameterError
-from railenv.irregularity import SAMPLES, SPACING
 from railenv.model import Model
 
 RUNNING = ("speed", "radius", "cant", "irregularity_factor", "offset")
@@ -109,8 +108,8 @@ def draw(settings: Settings, rng: np.random.Generator, pinned: Mapping[str, Any]
         plan=_plan(settings, speed, u[12:16]),
         plant=plant,
         numbers=numbers,
-        irregularity_factor=factor if settings.irregularity else 0.0,
-        line_offset=float(u[6]) * SAMPLES * SPACING,
+        irregularity_factor=0.0 if settings.irregularity is None else factor,
+        line_offset=float(u[6]) * settings.line.length,
         offset=float(offset),
         biases=biases,
         noise_seed=noise_seed,

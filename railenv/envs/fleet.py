@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from railenv import checks, irregularity
+from railenv import checks
 from railenv.envs.derailment import flange_tops, nadal_limits
 from railenv.envs.episodes import Episode, draw
 from railenv.envs.metrics import CFR_LIMIT
@@ -93,14 +93,11 @@ class Fleet:
         self._real_plan = (
             fraction / before if before else 0.0,
             (T - fraction) / after,
-            irregularity.SPACING,
+            settings.line.spacing,
             BOUND,
         )
-        level = settings.irregularity
-        line = irregularity.line(level) if level else None
-        self._lines = (
-            np.zeros((3, 2)) if line is None else np.array([line.align, line.vert, line.cross])
-        )
+        line = settings.line
+        self._lines = np.array([line.align, line.vert, line.cross])
         self.episodes: list[Episode | None] = [None] * n
         self.steps = np.zeros(n, dtype=np.int64)  # since the reset
         self.observations = np.zeros((n, len(self.observation_names)), dtype=np.float32)

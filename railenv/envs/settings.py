@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal, get_args
 
+import numpy as np
+
 from railenv import checks
 from railenv.contact.given import contact_law
 from railenv.contact.laws import ContactLaw
@@ -16,7 +18,7 @@ from railenv.envs.derailment import CONTACT_ANGLE, nadal_limits
 from railenv.envs.observation import Observation
 from railenv.equipment import PLACES, Actuator, Equipped, Place, Sensors
 from railenv.errors import ParameterError, shown
-from railenv.irregularity import Level
+from railenv.irregularity import SPACING, Level, Line, given
 from railenv.model import Model
 from railenv.models import Assembled, Bogie, DualWheelset
 from railenv.vehicles import HIGH_SPEED_COACH_HOLLOW, TABLE_1, Vehicle
@@ -102,8 +104,9 @@ class Settings:
         Share of the episodes on tangent track.
     track : {"constant", "curve"}
         The same curve for the whole episode, or tangent, clothoid, curve, clothoid, tangent.
-    irregularity : {"low", "high"}, optional
-        Level of ERRI B176; none when left out.
+    irregularity : {"low", "high"} or Line, optional
+        Level of ERRI B176, or a :class:`railenv.irregularity.Line`; none when left out. A line that
+        does not repeat begins again where it has faded out.
     irregularity_factor : (float, float)
         Range of the factor on it.
     randomize : mapping of str to (float, float)
@@ -140,7 +143,7 @@ class Settings:
     min_radius: float = 250.0
     tangent_share: float = 0.25
     track: TrackPlan = "constant"
-    irregularity: Level | None = None
+    irregularity: Level | Line | None = None
     irregularity_factor: tuple[float, float] = (1.0, 1.0)
     randomize: Mapping[str, tuple[float, float]] = dataclasses.field(default_factory=dict)
     nadal_limit: float | Literal["contact angle"] = 0.8
@@ -153,10 +156,9 @@ class Settings:
 
     def __post_init__(self) -> None:
         self._resolve_vehicle()
-        for name in ("actuator", "observation", "track", "irregularity"):
+        for name in ("actuator", "observation", "track"):
             value = getattr(self, name)
-            optional = name in ("actuator", "irregularity")
-            if not isinstance(value, str) and not (optional and value is None):
+            if not isinstance(value, str) and not (name == "actuator" and value is None):
                 raise ParameterError(f"{name} is {shown(value)}; it must be a name")
         for name, choices in (
             ("actuator", PLACES),
@@ -165,8 +167,7 @@ class Settings:
         ):
             if getattr(self, name) is not None:
                 checks.known(name, [getattr(self, name)], choices)
-        if self.irregularity is not None:
-            checks.known("irregularity", [self.irregularity], get_args(Level))
+        given(self.irregularity)
         self._check_model()
         self._range("speed_range", low=LOWEST_SPEED, high=checks.HIGHEST_SPEED, unit="m/s")
         self._range("cant_range", low=0.0, high=checks.CANT_LIMIT, unit="rad")
@@ -257,6 +258,12 @@ class Settings:
             self, name, checks.interval(name, getattr(self, name), low=low, high=high, unit=unit)
         )
 
+    @cached_property
+    def line(self) -> Line:
+        """The line of irregularities, as one that repeats; a straight one where there are none."""
+        found = given(self.irregularity)
+        return _STRAIGHT if found is None else found.faded()
+
     @property
     def steps(self) -> int:
         """Control steps of an episode."""
@@ -313,6 +320,7 @@ class Settings:
         return kind if self._law is None else f"{kind} (the vehicle's contact is {self._law.called})"
 
 
+_STRAIGHT = Line(np.zeros(2), np.zeros(2), np.zeros(2), SPACING)
 _LONGEST_HISTORY = 10_000
 _MOST_STEPS = 10**9
 

@@ -318,6 +318,43 @@ def test_simulate_reports_growth_above_the_critical_speed_and_writes_all_states(
     assert "y_w1" in invoke("simulate", "-s", 100, "--duration", 1, "--plot", tmp_path / "y.png")
 
 
+ON_A_CURVE = ["simulate", "-s", 60, "-r", 1500, "-c", 0.1, "--straight", 50, "--transition", 100]
+
+
+def test_simulate_assesses_a_run_through_a_transition(tmp_path):
+    drawing = tmp_path / "forces.png"
+    level = ["--irregularity", "low", "--irregularity-factor", 0.5]
+    output = invoke(*ON_A_CURVE, *level, "--assess", "--section", 200, 550, "--plot", drawing)
+    assert "bogie, 200 to 550 m, up to 60 m/s, R = 1500 m" in output
+    row = next(line for line in output.splitlines() if line.startswith("quasi-static guiding force"))
+    assert re.search(r"w\d left .* kN +60.0 kN +\d+% +ok +20 Hz, median of the full curve", row)
+    assert "all values are within their limits" in output
+    assert drawing.stat().st_size > 20_000
+
+
+def test_simulate_says_that_limits_are_exceeded_and_succeeds():
+    level = ["--irregularity", "high", "--irregularity-factor", 3]
+    assert "LIMITS EXCEEDED: " in invoke(*ON_A_CURVE, *level, "--assess")
+    found = json.loads(invoke(*ON_A_CURVE, *level, "--assess", "--json"))["assessment"]
+    assert found["passed"] is False
+    over = [q for q in found["quantities"] if q["passed"] is False]
+    assert over
+    assert all(q["share"] == pytest.approx(q["value"] / q["limit"]) and q["share"] > 1.0 for q in over)
+
+
+def test_simulate_runs_on_a_measured_line(tmp_path):
+    file, s = tmp_path / "line.csv", [0.5 * k for k in range(401)]
+    file.write_text("distance,align,vert,cross\n" + "".join(f"{x},{x % 4 - 1.5},0,0\n" for x in s))
+    options = ["simulate", "-s", 50, "--duration", 3, "--irregularity", file]
+    run = json.loads(invoke(*options, "--irregularity-unit", "mm", "--json"))
+    moved = run["states"]["y_w1"]["amplitude_second_half"]
+    assert 1e-5 < moved < 5e-3
+    half = [*options, "--irregularity-unit", "mm", "--irregularity-factor", 0.5, "--json"]
+    assert 0.0 < json.loads(invoke(*half))["states"]["y_w1"]["amplitude_second_half"] < moved
+    refused = runner.invoke(cli.app, [str(a) for a in options])
+    assert "say --irregularity-unit m or mm" in str(refused.exception)
+
+
 @pytest.mark.parametrize(
     "command", ["vehicles", "critical-speed", "locus", "margins", "simulate", "reproduce", "warm"]
 )
@@ -341,6 +378,10 @@ def test_every_option_of_every_command_is_explained(command):
         (["critical-speed", "-r", "0"], "radius is 0 m"),
         (["critical-speed", "-v", "nowhere.toml"], "nowhere.toml"),
         (["simulate", "-s", "100", "--show", "y_w7"], "y_w7"),
+        (["simulate", "-s", "100", "--irregularity", "medium"], "it must be low, high or a file"),
+        (["simulate", "-s", "100", "--irregularity-unit", "mm"], "is that of a file"),
+        (["simulate", "-s", "100", "--straight", "50"], "need --transition"),
+        (["simulate", "-s", "100", "--assess", "--duration", "2"], "so simulate for longer"),
         (["locus", "--from", "1"], "--from needs --parameter"),
         (["locus", "--parameter", "conicity"], "needs --from, --to and --speed"),
         (["locus", "--delay", "0.01"], "--delay needs a controller"),
