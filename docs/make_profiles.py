@@ -1,12 +1,13 @@
 """Compute the profiles LMA and CHN60 from their arcs: ``python docs/make_profiles.py``.
 
-Writes ``lma.csv`` and ``chn60.csv`` in ``railenv/contact/data``. The arcs are those that public tables of
-points of both profiles lie on, within 0.03 mm of each table; the radii come out as whole numbers.
+Writes ``lma.csv`` and ``chn60.csv`` in ``railenv/contact/data``. The arcs are those that public tables
+of points of both profiles lie on, within 0.03 mm; the radii come out as whole numbers.
 """
 
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -24,8 +25,8 @@ LMA_HEADER = (
     "y outwards from the tape circle, 70 mm from the back; z upwards.",
 )
 CHN60_HEADER = (
-    "Rail CHN60, upright, computed by docs/make_profiles.py from its arcs: R300 over 20 mm, R80, R13 to a "
-    "width of 70.8 mm, sides 1:20.",
+    "Rail CHN60, upright, computed by docs/make_profiles.py from its arcs: R300 over 20 mm, R80, R13 "
+    "to a width of 70.8 mm, sides 1:20.",
     "y outwards from the middle of the head, z upwards from its top.",
 )
 
@@ -46,7 +47,7 @@ def line(start: Array, end: Array, spacing: float) -> Array:
 
 def joined(*parts: Array) -> Array:
     """Return parts as one chain, whose ends must meet."""
-    for before, after in zip(parts[:-1], parts[1:], strict=True):
+    for before, after in pairwise(parts):
         assert np.hypot(*(before[-1] - after[0])) < 2e-3, (before[-1], after[0])
     return np.vstack([parts[0], *(part[1:] for part in parts[1:])])
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railenv import checks, mounting
-from railenv.equations.coordinates import AT_REST, Running
+from railenv.equations.coordinates import AT_REST, Running, Site, at_site, site_names
 from railenv.equations.sensors import specific_force
 from railenv.equilibrium import find_equilibrium
 from railenv.equipment import Equipped
@@ -77,6 +77,9 @@ class Readings:
         self._u = np.array([rows[name] for name in model.input_names])
         self._u = self._u.reshape(model.n_inputs, len(self.time))
         self.speed, self.curvature, self.cant = (rows[name] for name in _CONDITIONS)
+        # only a run on a track that varies tells how it does so at the bodies' places
+        still = np.zeros(len(self.time))
+        self._sites = {name: rows.get(name, still) for name in self.plant.site_names}
         steps = np.diff(self.time) * (self.speed[1:] + self.speed[:-1]) / 2.0
         self.distance = np.concatenate([[0.0], np.cumsum(steps)])
         self._check_on_track(rows)
@@ -110,8 +113,10 @@ class Readings:
         evaluator = self.model.evaluator()
         carrier = self._carrier().evaluator() if self.wheelsets else None
         first = len(self.model.sensed) if isinstance(self.model, Equipped) else 0
+        sites = np.array([*self._sites.values()]).reshape(len(self._sites), samples)
         for k in range(samples):
-            at = (self._x[:, k], self.speed[k], self.curvature[k], self.cant[k], self._u[:, k])
+            conditions = (self.speed[k], self.curvature[k], self.cant[k])
+            at = (self._x[:, k], *conditions, self._u[:, k], sites[:, k] if self._sites else 0.0)
             evaluator.set(*at)
             rates[:, k] = evaluator.rhs()
             if carrier is not None:
@@ -193,17 +198,27 @@ class Readings:
 
     def lateral(self, place: Place) -> Array:
         """Return the reading (m/s^2) of a lateral accelerometer, with what it feels of gravity."""
-        run = Running(self.speed, self.curvature, self.cant)
-        rates = self._rate
-        body = place.body
-        moved = rates(body, "dy") + place.x * rates(body, "dpsi") - place.z * rates(body, "dphi")
+        rates, body = self._rate, place.body
+        run = self._running(body)
+        # the track turns ever faster into a curve, and the coordinate is measured from it
+        turned = rates(body, "dpsi") - self.speed**2 * run.curvature_slope
+        moved = rates(body, "dy") + place.x * turned - place.z * rates(body, "dphi")
         rolled = AT_REST._replace(phi=self._state(body, "phi"))
         return np.asarray(specific_force(moved, rolled, run, self.plant.gravity))
 
     def vertical(self, place: Place) -> Array:
         """Return the vertical acceleration (m/s^2) of a place in space, without gravity."""
-        frame = self.speed**2 * self.curvature * self.cant  # of the canted track itself
+        run = self._running(place.body)
+        frame = self.speed**2 * run.curvature * run.cant  # of the canted track itself
         return frame + self._rate(place.body, "dz") - place.x * self._rate(place.body, "dtheta")
+
+    def _running(self, body: str) -> Running:
+        """Return the running conditions at a body's own place, at all samples."""
+        run = Running(self.speed, self.curvature, self.cant)
+        own = site_names([body])
+        if not set(own) <= set(self._sites):
+            return run
+        return at_site(run, Site(*(self._sites[name] for name in own)))
 
     def _rate(self, body: str, name: str) -> Array:
         state = self.model.body_states[body].get(name)

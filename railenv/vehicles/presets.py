@@ -44,8 +44,9 @@ MANCHESTER_1 = HIGH_SPEED_COACH_S1002.replace(
     name="MANCHESTER_1",
     provenance=(
         "passenger coach of the Manchester benchmarks (Iwnicki, The Manchester benchmarks for rail "
-        "vehicle simulation, 1998), as public models have it; new S1002 wheels on UIC 60 rails at 1:40; "
-        "creep coefficients by Hertz and Kalker for the wheel load at rest, 54.5 kN; rails as Table 1"
+        "vehicle simulation, 1998), as public models have it; new S1002 wheels on UIC 60 rails at "
+        "1:40; creep coefficients by Hertz and Kalker for the wheel load at rest, 54.5 kN; rails as "
+        "Table 1"
     ),
     wheelset_mass=1813.0,
     wheelset_roll_inertia=1120.0,
@@ -94,9 +95,9 @@ MANCHESTER_1 = HIGH_SPEED_COACH_S1002.replace(
 CRH380A = MANCHESTER_1.replace(
     name="CRH380A",
     provenance=(
-        "public model of the high-speed train CRH380A; primary: coil spring and arm bush together; new "
-        "LMA wheels on CHN60 rails at 1:40, back to back 1353 mm; creep coefficients by Hertz and Kalker for the wheel load at rest, 65 kN; friction "
-        "and rails as MANCHESTER_1"
+        "public model of the high-speed train CRH380A; primary: coil spring and arm bush together; "
+        "new LMA wheels on CHN60 rails at 1:40, back to back 1353 mm; creep coefficients by Hertz and "
+        "Kalker for the wheel load at rest, 65 kN; friction and rails as MANCHESTER_1"
     ),
     wheelset_mass=1901.8,
     wheelset_roll_inertia=685.0,
