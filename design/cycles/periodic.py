@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,8 +34,11 @@ STEP_PER_MODE = 1.0
 _NEWTON_TOLERANCE = 1e-7  # last correction, in units of ``scale``; what is left is its square
 _NEWTON_STEPS = 10
 _FARTHEST_CORRECTION = 30.0
+_IDLE = 2  # corrections in turn that are no smaller than one before: it will not converge
 _CHORD, _CHORD_STEPS = 0.05, 5  # correction from which on the derivatives are kept, and how often
 _CHORD_TOLERANCE, _CONTRACTION = 1e-9, 0.3
+_BROYDEN_STEPS, _BROYDEN_GROWTH = 16, 4.0  # corrections with the derivatives of the motion before
+_BROYDEN_TOLERANCE = 1e-8
 _SPEED_UNIT = 0.1  # of the speed: one unit of arclength
 _PERIOD_UNIT = 0.5  # of the period
 _STILL = 1e-7  # amplitude, in units of the model's scale, below which a part does not oscillate
@@ -266,6 +270,7 @@ class PeriodicProblem:
         self.shooting = shooting
         self.n = shooting.n
         self.parts = shooting.parts(reference)
+        self._near: Array | None = None  # derivatives of the motion found last
         self.set_reference(reference, value)
         if not self.parts:
             raise ParameterError("the motion to start from does not oscillate")
@@ -284,6 +289,55 @@ class PeriodicProblem:
         states = math.sqrt(self.n) * (setting.model.scale + amplitude)
         return np.concatenate([states, [_PERIOD_UNIT * period, setting.unit_at(value)]])
 
+    def in_phase(self, tangent: Array, scale: Array) -> Array:
+        """Return a tangent of the branch as the present phase conditions have it, of length 1.
+
+        A tangent holds the phase of the reference before. The difference is a shift along the motion,
+        which changes no motion, but would lead the prediction away from where the next is looked for.
+        """
+        phases = self._phases(scale)
+        held = tangent.copy()
+        held[: self.n] -= phases.T @ (phases @ tangent[: self.n])
+        return np.asarray(held / np.linalg.norm(held))
+
+    def improved(self, guess: Array, normal: Array, scale: Array) -> Array:
+        """Correct a guess by Broyden's method from the derivatives of the motion found last.
+
+        It integrates no derivatives, so that a correction costs a twentieth of one of :meth:`solve`,
+        which then starts where little is left to do. Parameters are those of :meth:`solve`; the guess
+        itself is returned where the method does not converge.
+        """
+        if self._near is None or len(self.parts) > 1:
+            return guess
+        plane, z = (guess, normal, scale), guess
+        try:
+            right = self._missed(z, plane)
+            start, factors = _solved(self._bordered(self._near, scale, normal), right)
+        except NoCycle:
+            return guess
+        assert factors is not None
+        steps, last = [-start], math.inf
+        for _ in range(_BROYDEN_STEPS):
+            size = float(np.abs(steps[-1]).max())
+            if not size < _BROYDEN_GROWTH * last:
+                return guess
+            z, last = z + steps[-1] * scale, size
+            if size < _BROYDEN_TOLERANCE:
+                return z
+            right = self._missed(z, plane)
+            if not np.isfinite(right).all():
+                return guess
+            change, _ = dgetrs(*factors, -right)
+            for before, after in pairwise(steps):
+                change = change + after * (before @ change) / (before @ before)
+            steps.append(change / (1.0 - (steps[-1] @ change) / (steps[-1] @ steps[-1])))
+        return guess
+
+    def _missed(self, z: Array, plane: tuple[Array, Array, Array]) -> Array:
+        """Return the residual of a motion that is integrated without derivatives."""
+        end = self.shooting.end(z[: self.n], float(z[self.n]), float(z[self.n + 1]))
+        return self._residual(end, z, *plane)
+
     def solve(self, guess: Array, normal: Array, scale: Array) -> Solution:
         """Find the periodic motion in the hyperplane through ``guess`` with a normal.
 
@@ -300,18 +354,20 @@ class PeriodicProblem:
         n, z = self.n, guess.copy()
         right = np.zeros((n + 1 + len(self.parts), 2))
         right[-1, 1] = 1.0  # the second solution is the tangent
+        smallest, idle = math.inf, 0
         for steps in range(1, _NEWTON_STEPS + 1):
             if not (z[n] > 0.0 and np.isfinite(z).all()):
                 raise NoCycle
             shot = self.shooting.shoot(z[:n], float(z[n]), float(z[n + 1]))
-            matrix = self._bordered(shot, scale, normal)
+            matrix = self._bordered(shot.derivatives, scale, normal)
             right[:, 0] = self._residual(shot.states[-1], z, guess, normal, scale)
             if not (np.isfinite(matrix).all() and np.isfinite(right).all()):
                 raise NoCycle
             solution, factors = _solved(matrix, right)
             change = solution[:, 0]
             size = float(np.abs(change).max())
-            if not size < _FARTHEST_CORRECTION:
+            smallest, idle = (size, 0) if size < smallest else (smallest, idle + 1)
+            if not size < _FARTHEST_CORRECTION or idle == _IDLE:
                 raise NoCycle
             z = z - change * scale
             if size < _NEWTON_TOLERANCE:
@@ -324,8 +380,7 @@ class PeriodicProblem:
         """Correct further with the derivatives at hand: steps that need no new ones cost little."""
         last = math.inf
         for _ in range(_CHORD_STEPS):
-            end = self.shooting.end(z[: self.n], float(z[self.n]), float(z[self.n + 1]))
-            right = self._residual(end, z, *plane)
+            right = self._missed(z, plane)
             if not np.isfinite(right).all():
                 return z
             change, _ = dgetrs(*factors, right)
@@ -352,10 +407,10 @@ class PeriodicProblem:
             row /= np.linalg.norm(row)
         return rows
 
-    def _bordered(self, shot: Shot, scale: Array, normal: Array) -> Array:
+    def _bordered(self, derivatives: Array, scale: Array, normal: Array) -> Array:
         n = self.n
         matrix = np.zeros((n + 1 + len(self.parts), n + 2))
-        matrix[:n] = shot.derivatives
+        matrix[:n] = derivatives
         matrix[:n, :n] -= np.eye(n)
         matrix[:n] *= scale
         matrix[:n] /= scale[:n, None]
@@ -366,6 +421,7 @@ class PeriodicProblem:
     def _solution(
         self, z: Array, along: Array, scale: Array, shot: Shot, found: tuple[int, int]
     ) -> Solution:
+        self._near = shot.derivatives
         shot.states[[0, -1]] = z[: self.n]  # the last correction, too small to integrate again
         amplitude = half_peak_to_peak(shot.states)
         here = self.scale(amplitude, float(z[self.n]), float(z[self.n + 1]))
