@@ -242,6 +242,11 @@ class Equipped(Model):
         return self.plant.body_places
 
     @property
+    def body_inertias(self) -> dict[str, dict[str, float]]:
+        """Mass (kg) or moment of inertia (kg m^2) of each coordinate of each body that moves."""
+        return self.plant.body_inertias
+
+    @property
     def guided(self) -> tuple[Guided, ...]:
         """The wheelsets."""
         return self.plant.guided

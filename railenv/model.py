@@ -319,6 +319,14 @@ class Model:
         return {name: float(places[name][0]) for name in self.body_names}
 
     @property
+    def body_inertias(self) -> dict[str, dict[str, float]]:
+        """Mass (kg) or moment of inertia (kg m^2) of each coordinate of each body that moves.
+
+        Empty where the model does not tell: equations of one's own have it inside.
+        """
+        return {}
+
+    @property
     def guided(self) -> tuple[Guided, ...]:
         """The wheelsets."""
         found = []
