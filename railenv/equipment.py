@@ -242,6 +242,11 @@ class Equipped(Model):
         return self.plant.body_places
 
     @property
+    def body_heights(self) -> dict[str, float]:
+        """Height (m) of the centre of each body that moves; 0 where equations do not tell it."""
+        return self.plant.body_heights
+
+    @property
     def body_inertias(self) -> dict[str, dict[str, float]]:
         """Mass (kg) or moment of inertia (kg m^2) of each coordinate of each body that moves."""
         return self.plant.body_inertias

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from design.stability.mode_geometry import Geometry, geometry_of
 from design.stability.mode_names import mode_name, roll_axis
 from design.stability.participation import Participation, Structure
-from design.stability.roles import over_wheelsets, roles_of
 from railenv import checks
 from railenv.equations.coordinates import COORDINATES
 from railenv.equipment import Equipped
@@ -24,51 +24,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Complex = NDArray[np.complex128]
-
-
-class Outline(NamedTuple):
-    """A body as a plan view draws it.
-
-    Attributes
-    ----------
-    name : str
-    x : float
-        Place along the vehicle, m.
-    half_length : float
-        m; of a body that is no wheelset.
-    y, psi, phi : str or None
-        Names of its displacements; None for one that it does not have.
-    """
-
-    name: str
-    x: float
-    half_length: float
-    y: str | None
-    psi: str | None
-    phi: str | None
-
-
-@dataclass(frozen=True)
-class Geometry:
-    """What a plan view of a vehicle needs.
-
-    Attributes
-    ----------
-    half_gauge : float
-        m.
-    wheelsets, frames, others : tuple of Outline
-        The others are a vehicle's bodies, over their wheelsets, and what else there is.
-    """
-
-    half_gauge: float
-    wheelsets: tuple[Outline, ...]
-    frames: tuple[Outline, ...]
-    others: tuple[Outline, ...]
-
-    @property
-    def bodies(self) -> tuple[Outline, ...]:
-        """All bodies: wheelsets, frames, others."""
-        return (*self.wheelsets, *self.frames, *self.others)
 
 
 @dataclass(frozen=True)
@@ -158,6 +113,14 @@ class ModeShape:
             f"{self.damping:+.5f}; {largest}"
         )
 
+    @property
+    def vertical(self) -> bool:
+        """Whether bounce and pitch have most of the motion; False where no bodies are named."""
+        if self.participation is None:
+            return False
+        everything = list(self.participation.structure.roles)
+        return self.participation.of(everything, ("z", "theta")) > 0.5
+
     def roll_axis(self, body: str) -> float | None:
         """Return the height (m) above its centre of mass of the axis about which a body rolls.
 
@@ -178,18 +141,21 @@ class ModeShape:
     def plot(
         self, ax: Axes | None = None, *, phases: Sequence[float] = (0.0, 45.0, 90.0, 135.0)
     ) -> control.ControlPlot:
-        """Draw the bodies in plan view at some phases of a period; models without bodies as bars.
+        """Draw the bodies at some phases of a period; models without bodies as bars.
+
+        They are seen from above; of a whole vehicle its leading end from behind as well. Where most of
+        the motion is vertical, they are seen from the side.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
-            For a plan view: draws the first phase only, into these axes.
+            For the view from above or from the side: draws the first phase only, into these axes.
         phases : sequence of float
             Degrees.
         """
-        from design.stability.mode_plots import plot_bars, plot_plan
+        from design.stability.mode_plots import plot_bars, plot_views
 
-        return plot_bars(self, ax) if self.geometry is None else plot_plan(self, ax, phases)
+        return plot_bars(self, ax) if self.geometry is None else plot_views(self, ax, phases)
 
     def bars(self, ax: Axes | None = None) -> control.ControlPlot:
         """Draw magnitude and phase of every displacement."""
@@ -237,37 +203,3 @@ def normalized(shape: Complex) -> Complex:
     """Return a shape divided by its largest entry."""
     largest = shape[np.argmax(np.abs(shape))]
     return shape / largest if largest else shape
-
-
-_SHORTEST = 0.5  # m, half the length of what stands over a single wheelset, or of a mass between
-_BEYOND = 1.12  # of the distance to its wheelsets, a frame's half length
-_OVERHANG = 1.5  # m, of a vehicle's body beyond the outermost wheelsets
-
-
-def geometry_of(model: Model) -> Geometry | None:
-    """Return where a model's bodies are; None where it does not tell, or has no wheelsets."""
-    guided, places = model.guided, model.body_places
-    if not guided:
-        return None
-    roles = roles_of(model)
-    on_rails = {g.name: g.x for g in guided}
-    frames = [name for name in places if roles[name] == "frame"]
-    bodies = [name for name in places if roles[name] == "body"]
-    over = over_wheelsets(model, frames) | over_wheelsets(model, bodies)
-
-    def reach(name: str) -> float:
-        return max(over.get(name, []), default=0.0)
-
-    def outline(name: str, half_length: float) -> Outline:
-        own, x = model.body_states[name], on_rails.get(name, places[name])
-        return Outline(name, x, half_length, own.get("y"), own.get("psi"), own.get("phi"))
-
-    return Geometry(
-        guided[0].half_gauge,
-        tuple(outline(name, 0.0) for name in on_rails),
-        tuple(outline(n, max(_BEYOND * reach(n), _SHORTEST)) for n in frames),
-        (
-            *(outline(n, reach(n) + _OVERHANG) for n in bodies),
-            *(outline(n, _SHORTEST) for n in places if roles[n] == "other"),
-        ),
-    )
