@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from design.loop.dynamics import dynamics
 from design.stability.locus import Speeds
 from design.stability.mode_shape import ModeShape
+from design.stability.participation import Measure
 from railenv import checks
 from railenv.models import Model
 
@@ -62,6 +63,12 @@ class ModeTable:
         return tuple(shape.name for shape in self.shapes)
 
     @property
+    def measure(self) -> Measure | None:
+        """What the parts share, kinetic energy or squared amplitude; None without named bodies."""
+        share = next((s.participation for s in self.shapes if s.participation), None)
+        return share.measure if share else None
+
+    @property
     def parts(self) -> tuple[str, ...]:
         """Parts of the vehicle that :meth:`rows` has shares of: wheelsets, frames, body, others."""
         shares = [s.participation.roles for s in self.shapes if s.participation]
@@ -86,8 +93,7 @@ class ModeTable:
         parts = self.parts
         head = f"{self.model_name}, {self.condition}: {len(self)} oscillating modes"
         if parts:
-            assert self.shapes[0].participation is not None
-            head += f"; shares of {self.shapes[0].participation.measure}"
+            head += f"; shares of {self.measure}"
         titles = "".join(f"{part:>11}" for part in parts)
         lines = [head, f"{'Hz':>8}{'damping':>9}{titles}  mode"]
         for row in self.rows():

@@ -40,9 +40,7 @@ def plot_table(table: ModeTable, ax: Axes | None) -> control.ControlPlot:
         ax.set_ylim(len(rows) - 0.5, -0.5)
         ax.set_xlim(0.0, 1.0)
         ax.grid(axis="y", visible=False)
-        shape = table.shapes[0]
-        what = f"share of {shape.participation.measure}" if shape.participation else ""
-        ax.set_xlabel(f"{what}; on the right: frequency, damping ratio")
+        ax.set_xlabel(f"share of {table.measure}; on the right: frequency, damping ratio")
         ax.set_title(f"{table.model_name}, {table.condition}")
         if own_figure and parts:
             ax.figure.legend(loc="outside lower center", ncols=len(parts))
