@@ -13,15 +13,8 @@ from numpy.typing import NDArray
 from scipy import optimize
 
 from design.cycles.cycle import Cycle, CycleBranch, CycleError, Kind, SpecialPoint, value_of
-from design.cycles.periodic import (
-    NoCycle,
-    PeriodicProblem,
-    Setting,
-    Shooting,
-    Solution,
-    half_peak_to_peak,
-    steps_for,
-)
+from design.cycles.periodic import NoCycle, PeriodicProblem, Solution, half_peak_to_peak
+from design.cycles.shooting import Setting, Shooting, steps_for
 from design.stability.loss import CriticalSpeed
 
 Array = NDArray[np.float64]

@@ -19,8 +19,8 @@ def roles_of(model: Model) -> dict[str, Role]:
     """Return the role of each body that moves.
 
     A frame is sprung to wheelsets and to something above: a body that is heavier, or one at rest. What
-    is sprung to wheelsets only (as in a two-axle wagon) and what stands on frames is a body. Light
-    masses on them, such as a motor or a bolster, are others. Equations of one's own do not tell what
+    is sprung to wheelsets only (as in a two-axle wagon) and what stands on lighter frames is a body.
+    Light masses on or between them, such as a motor or a bolster, are others. Equations of one's own do not tell what
     joins their bodies: there, a frame is a body that stands over wheelsets as no other is nearer to.
     """
     plant = model.plant if isinstance(model, Equipped) else model
@@ -62,7 +62,8 @@ def _by_elements(
         together = _reached([name], above, joined)
         on = {n for n in over if joined[n] & together}
         heaviest = max(masses[n] for n in (*together, *(n for n in on if found[n] == "body")))
-        found[name] = "body" if masses[name] >= _LIGHT * heaviest else "other"
+        stands = all(masses[name] > masses[n] for n in on if found[n] == "frame")
+        found[name] = "body" if stands and masses[name] >= _LIGHT * heaviest else "other"
     return found
 
 
