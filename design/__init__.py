@@ -36,7 +36,9 @@ from design.stability.gain_locus import GainLocus, gain_locus
 from design.stability.locus import Locus, SpeedLocus, VehicleLocus, speed_locus
 from design.stability.loss import CriticalSpeed, HopfPoint
 from design.stability.mode_shape import ModeShape
+from design.stability.mode_table import ModeTable, modes
 from design.stability.parameter_locus import ParameterLocus, parameter_locus
+from design.stability.participation import Participation
 from design.stability.robust import RobustCriticalSpeed, robust_critical_speed
 from design.stability.sweep import CurveSweep, curve_sweep
 from design.studies.stability_map import StabilityMap, stability_map
@@ -61,8 +63,10 @@ __all__ = [
     "Locus",
     "Margins",
     "ModeShape",
+    "ModeTable",
     "Observer",
     "ParameterLocus",
+    "Participation",
     "Regulator",
     "RobustCriticalSpeed",
     "ScaledFeedback",
@@ -93,6 +97,7 @@ __all__ = [
     "lqr",
     "margins",
     "minimal",
+    "modes",
     "open_loop",
     "parameter_locus",
     "phase_portrait",

@@ -247,6 +247,16 @@ class Equipped(Model):
         return self.plant.sites
 
     @property
+    def body_heights(self) -> dict[str, float]:
+        """Height (m) of the centre of each body that moves; 0 where equations do not tell it."""
+        return self.plant.body_heights
+
+    @property
+    def body_inertias(self) -> dict[str, dict[str, float]]:
+        """Mass (kg) or moment of inertia (kg m^2) of each coordinate of each body that moves."""
+        return self.plant.body_inertias
+
+    @property
     def guided(self) -> tuple[Guided, ...]:
         """The wheelsets."""
         return self.plant.guided

@@ -322,8 +322,24 @@ class Model:
     @property
     def body_places(self) -> dict[str, float]:
         """Place (m) along the vehicle of each body that moves."""
+        return {name: x for name, (x, _) in self._body_centres().items()}
+
+    @property
+    def body_heights(self) -> dict[str, float]:
+        """Height (m) of the centre of each body that moves; 0 where equations do not tell it."""
+        return {name: z for name, (_, z) in self._body_centres().items()}
+
+    def _body_centres(self) -> dict[str, tuple[float, float]]:
         places = self.equations.places(SimpleNamespace(**self.parameters, **self.tables))
-        return {name: float(places[name][0]) for name in self.body_names}
+        return {name: (float(places[name][0]), float(places[name][1])) for name in self.body_names}
+
+    @property
+    def body_inertias(self) -> dict[str, dict[str, float]]:
+        """Mass (kg) or moment of inertia (kg m^2) of each coordinate of each body that moves.
+
+        Empty where the model does not tell: equations of one's own have it inside.
+        """
+        return {}
 
     @property
     def sites(self) -> dict[str, float]:

@@ -42,6 +42,13 @@ from railenv.vehicles.vehicle import SWITCHES
 __all__ = ["Assembled", "Bogie", "Coach", "CooperriderBogie", "DualWheelset", "Model"]
 
 _MILLIMETRE = 1e-3
+_INERTIAS = {
+    "y": "mass",
+    "z": "mass",
+    "phi": "roll_inertia",
+    "theta": "pitch_inertia",
+    "psi": "yaw_inertia",
+}
 
 
 class Assembled(Model):
@@ -110,6 +117,16 @@ class Assembled(Model):
         """State of each coordinate and rate (``y``, ``dpsi``) of each body that moves."""
         return {
             name: {f"{d}{c}": f"{d}{c}_{name}" for d in ("", "d") for c in own}
+            for name, own in self.equations.assembly.coordinates.items()
+            if own
+        }
+
+    @property
+    def body_inertias(self) -> dict[str, dict[str, float]]:
+        """Mass (kg) or moment of inertia (kg m^2) of each coordinate of each body that moves."""
+        vehicle = self.equations.assembly.with_numbers(self._values)
+        return {
+            name: {c: float(getattr(vehicle.body(name), _INERTIAS[c])) for c in own}
             for name, own in self.equations.assembly.coordinates.items()
             if own
         }

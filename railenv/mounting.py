@@ -91,8 +91,8 @@ def _wheelsets(plant: Model) -> list[str]:
     return [body.name for body in plant.equations.bodies if body.is_wheelset]
 
 
-def _neighbours(assembly: Assembly, name: str) -> list[str]:
-    """Bodies (or the ground) to which elements join a body, in the order of the elements."""
+def neighbours(assembly: Assembly, name: str) -> list[str]:
+    """Return the bodies (or the ground) to which elements join a body, in the order of the elements."""
     found = [
         e.between[1 - e.between.index(name)]
         for e in assembly.elements
@@ -110,7 +110,7 @@ def _primary(plant: Model) -> list[tuple[str, str]]:
         return [(w, frame) for w in wheelsets if w in acted]
     pairs = []
     for w in wheelsets:
-        above = [n for n in _neighbours(assembly, w) if n not in wheelsets]
+        above = [n for n in neighbours(assembly, w) if n not in wheelsets]
         pairs += [(w, _moving(plant, n)) for n in above[:1]]
     return pairs
 
@@ -128,13 +128,13 @@ def frames(plant: Model) -> list[str]:
     others = [name for name in plant.body_names if name not in wheelsets]
     if assembly is None or not wheelsets:
         return others
-    return [name for name in others if set(_neighbours(assembly, name)) & set(wheelsets)]
+    return [name for name in others if set(neighbours(assembly, name)) & set(wheelsets)]
 
 
 def joined(plant: Model, name: str, among: Sequence[str]) -> list[str]:
     """Return those of some bodies to which elements join a body; none in equations of one's own."""
     assembly = assembly_of(plant)
-    found = [] if assembly is None else _neighbours(assembly, name)
+    found = [] if assembly is None else neighbours(assembly, name)
     return [other for other in among if other in found]
 
 
@@ -147,7 +147,7 @@ def _secondary(plant: Model) -> list[tuple[str, str]]:
         return [(name, GROUND) for name in own if name in acted]
     pairs = []
     for name in own:
-        above = [n for n in _neighbours(assembly, name) if n not in (*wheelsets, *own)]
+        above = [n for n in neighbours(assembly, name) if n not in (*wheelsets, *own)]
         pairs += [(name, _moving(plant, n)) for n in above[:1]]
     return pairs
 

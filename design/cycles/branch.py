@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from design.cycles.continuation import CycleContinuation
 from design.cycles.cycle import Array, Cycle, CycleBranch, CycleError
-from design.cycles.periodic import Setting
+from design.cycles.shooting import Setting
 from design.stability.critical_speed import SPEED_RANGE, critical_speed
 from design.stability.loss import CriticalSpeed
 from railenv import checks

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -12,15 +13,8 @@ from numpy.typing import NDArray
 from scipy import optimize
 
 from design.cycles.cycle import Cycle, CycleBranch, CycleError, Kind, SpecialPoint, value_of
-from design.cycles.periodic import (
-    NoCycle,
-    PeriodicProblem,
-    Setting,
-    Shooting,
-    Solution,
-    half_peak_to_peak,
-    steps_for,
-)
+from design.cycles.periodic import NoCycle, PeriodicProblem, Solution, half_peak_to_peak
+from design.cycles.shooting import Setting, Shooting, steps_for
 from design.stability.loss import CriticalSpeed
 
 Array = NDArray[np.float64]
@@ -161,21 +155,22 @@ class CycleContinuation:
 
     def _advance(self) -> tuple[str, bool] | None:
         """Add the next point; return why the branch ends there and whether it was meant to, if so."""
-        last = self.cycles[-1]
-        z = position(last)
-        first = self.cycles[0]
+        last, first = self.cycles[-1], self.cycles[0]
         longest = _COARSE * first.period / (len(first.states) - 1)
         if last.period > longest * self.shooting.steps:
             self.shooting.steps = math.ceil(_COARSE * last.period / longest)
         self._problem.set_reference(last.states, last.value)
-        bend = self._bend()
+        last = replace(last, tangent=self._problem.in_phase(last.tangent, last.scale))
+        z, bend = position(last), self._bend(last)
         while True:
             straight = z + self.step * last.tangent * last.scale
             guess = straight + 0.5 * self.step**2 * bend * last.scale
             try:
+                guess = self._problem.improved(guess, last.tangent, last.scale)
+                self._check_miss(straight, guess, last)  # before derivatives, which take long
                 found = self._problem.solve(guess, last.tangent, last.scale)
-                miss = float(np.linalg.norm((found.z - straight) / last.scale))
-                if miss > _LARGEST_MISS * self.step or self._jumped(last, found):
+                self._check_miss(straight, found.z, last)
+                if self._jumped(last, found):
                     raise NoCycle
                 break
             except NoCycle:
@@ -192,6 +187,12 @@ class CycleContinuation:
         self.cycles.append(new)
         return self._end(new)
 
+    def _check_miss(self, predicted: Array, z: Array, last: Cycle) -> None:
+        """Raise NoCycle where a motion is too far from the prediction along the tangent."""
+        miss = float(np.linalg.norm((z - predicted) / last.scale))
+        if not miss <= _LARGEST_MISS * self.step:
+            raise NoCycle
+
     def _jumped(self, last: Cycle, found: Solution) -> bool:
         """Whether a step seems to have crossed to another part of the branch, past a sharp fold.
 
@@ -203,14 +204,14 @@ class CycleContinuation:
         reverses = found.orientation * last.orientation < 0 and turn < _STRAIGHT
         return reverses or (turn < _FARTHEST_TURN and self.step > _CORNER)
 
-    def _bend(self) -> Array:
+    def _bend(self, last: Cycle) -> Array:
         """Return the curvature of the branch at the last point, zero where it has a kink there."""
-        last = self.cycles[-1]
         if len(self.cycles) < 2:
             return np.zeros_like(last.tangent)
         before = self.cycles[-2]
         length = float(np.linalg.norm((position(last) - position(before)) / last.scale))
-        bend = (last.tangent - before.tangent * before.scale / last.scale) / length
+        tangent = self._problem.in_phase(before.tangent * before.scale / last.scale, last.scale)
+        bend = (last.tangent - tangent) / length
         gentle = float(np.linalg.norm(bend)) * self.step < _GENTLE
         return bend if gentle else np.zeros_like(bend)
 
@@ -272,9 +273,10 @@ class CycleContinuation:
         if p.orientation * q.orientation < 0:
             kind: Kind = "symmetry breaking" if mirrored(p) else "branch point"
             self._locate(p, q, lambda c: nearest_one(c) - 1.0, kind)
-        leaving = [_off_positive(c) for c in (p, q)]
-        counts = [int(np.count_nonzero(np.abs(mu) > 1.0)) for mu in leaving]
-        if counts[0] != counts[1]:
+        counts = [_outside(_off_positive(c)) for c in (p, q)]
+        crossed = fold or p.orientation * q.orientation < 0
+        met = not crossed and _outside(p.multipliers) == _outside(q.multipliers)
+        if counts[0] != counts[1] and not met:  # a pair that meets on the real axis crosses no circle
             k = min(counts)
             self._locate(p, q, lambda c: _log_modulus(c, k), None)
 
@@ -317,7 +319,8 @@ class CycleContinuation:
         start, end = length * p.tangent * p.scale, length * q.tangent * q.scale
         guess = position(p) + (3 * t**2 - 2 * t**3) * way
         guess += (t - 2 * t**2 + t**3) * start + (t**3 - t**2) * end
-        return self._cycle(self._problem.solve(guess, chord / length, p.scale))
+        plane = (chord / length, p.scale)
+        return self._cycle(self._problem.solve(self._problem.improved(guess, *plane), *plane))
 
     def _cycle(self, found: Solution) -> Cycle:
         n, value = self._n, float(found.z[self._n + 1])
@@ -451,6 +454,11 @@ def mirrored(cycle: Cycle) -> bool:
 def _off_positive(cycle: Cycle) -> NDArray[np.complex128]:
     mu = cycle.multipliers
     return mu[(np.abs(mu.imag) >= _REAL) | (mu.real < 0.0)]
+
+
+def _outside(multipliers: NDArray[np.complex128]) -> int:
+    """Return how many multipliers lie outside the unit circle."""
+    return int(np.count_nonzero(np.abs(multipliers) > 1.0))
 
 
 def _log_modulus(cycle: Cycle, k: int) -> float:

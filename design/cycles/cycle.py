@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from design.cycles.periodic import CONDITIONS, Setting
+from design.cycles.shooting import CONDITIONS, Setting
 from design.stability.loss import CriticalSpeed
 from railenv.errors import RailenvError
 

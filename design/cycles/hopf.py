@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from design.cycles.continuation import CycleContinuation, hopf_mode
 from design.cycles.cycle import CycleError
-from design.cycles.periodic import Setting, Shooting
+from design.cycles.shooting import Setting, Shooting
 from design.stability.critical_speed import SPEED_RANGE, critical_speed
 from design.stability.loss import CriticalSpeed, HopfPoint, analyse_hopf_points_by
 from railenv import checks

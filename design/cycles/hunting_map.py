@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 from design.cycles.branch import cycle_branch
 from design.cycles.continuation import CycleContinuation
 from design.cycles.cycle import Cycle, CycleBranch, CycleError, SpecialPoint
-from design.cycles.periodic import Setting
 from design.cycles.places import Place
+from design.cycles.shooting import Setting
 from design.progress import tracked
 from design.stability.critical_speed import SPEED_RANGE, critical_speed
 from design.stability.loss import CriticalSpeed

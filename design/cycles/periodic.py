@@ -10,91 +10,31 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dgesv, dgetrs
 
-from railenv import checks
+from design.cycles.shooting import Shooting, Shot
 from railenv.errors import ParameterError
-from railenv.models import Model
 
 Array = NDArray[np.float64]
 Factors = tuple[Array, NDArray[np.int32]]  # triangular factors and pivots, as LAPACK returns them
 
-CONDITIONS = ("speed", "curvature", "cant")
-
-STEPS_PER_PERIOD = 400
-"""Fewest Runge-Kutta steps of a period."""
-
-STEP_PER_MODE = 1.0
-"""Longest step in units of 1/|eigenvalue| of the fastest mode, a third of what is stable."""
-
 _NEWTON_TOLERANCE = 1e-7  # last correction, in units of ``scale``; what is left is its square
 _NEWTON_STEPS = 10
 _FARTHEST_CORRECTION = 30.0
+_IDLE = 2  # corrections in turn that are no smaller than one before: it will not converge
 _CHORD, _CHORD_STEPS = 0.05, 5  # correction from which on the derivatives are kept, and how often
 _CHORD_TOLERANCE, _CONTRACTION = 1e-9, 0.3
-_SPEED_UNIT = 0.1  # of the speed: one unit of arclength
+_BROYDEN_STEPS, _BROYDEN_GROWTH = 16, 4.0  # corrections with the derivatives of the motion before
+_BROYDEN_TOLERANCE = 1e-8
 _PERIOD_UNIT = 0.5  # of the period
-_STILL = 1e-7  # amplitude, in units of the model's scale, below which a part does not oscillate
 
 
 class NoCycle(Exception):
     """Newton's method does not converge to a periodic motion."""
-
-
-@dataclass(frozen=True)
-class Setting:
-    """Everything that a periodic motion depends on, and the parameter that is varied.
-
-    Attributes
-    ----------
-    model : Model
-    parameter : str
-        "speed", "curvature", "cant" or a parameter of the model.
-    speed, curvature, cant : float
-        m/s, 1/m, rad; that of them which is the parameter does not matter.
-    inputs : ndarray, shape (n_inputs,)
-    unit : float or None
-        Change of the parameter that is one unit of arclength; None is a tenth of its value.
-    """
-
-    model: Model
-    parameter: str
-    speed: float
-    curvature: float
-    cant: float
-    inputs: Array
-    unit: float | None = None
-
-    def __post_init__(self) -> None:
-        checks.known("parameter", [self.parameter], [*CONDITIONS, *self.model.parameters])
-
-    def conditions(self, value: float) -> tuple[float, float, float]:
-        """Return speed, curvature and cant where the parameter has a value."""
-        held = {"speed": self.speed, "curvature": self.curvature, "cant": self.cant}
-        if self.parameter in held:
-            held[self.parameter] = value
-        return held["speed"], held["curvature"], held["cant"]
-
-    def unit_at(self, value: float) -> float:
-        """Return the change of the parameter that is one unit of arclength."""
-        return self.unit if self.unit is not None else _SPEED_UNIT * abs(value)
-
-    def model_at(self, value: float) -> Model:
-        """Return the model with the parameter at a value, where it is one of the model's own."""
-        if self.parameter in CONDITIONS:
-            return self.model
-        return self.model.replace(**{self.parameter: value})
-
-
-@dataclass(frozen=True)
-class Shot:
-    """One period: states (rows), and derivatives of the last by the first, the period and the value."""
-
-    states: Array
-    derivatives: Array
 
 
 @dataclass(frozen=True)
@@ -125,114 +65,6 @@ class Solution:
     monodromy: Array
     newton_steps: int
     orientation: int
-
-
-class Shooting:
-    """Integrates periods of a model, with exact derivatives.
-
-    Parameters
-    ----------
-    setting : Setting
-    steps : int
-        Runge-Kutta steps of one period.
-    """
-
-    def __init__(self, setting: Setting, steps: int) -> None:
-        self.setting = setting
-        model = setting.model
-        self.n = model.n_states
-        self._kernels = model.kernels()
-        layout = self._kernels.LAYOUT
-        self._layout = layout
-        self._w = np.zeros(layout.all_rows)
-        self._w[layout.p : layout.dx], self._t = model.rows()
-        self._w[layout.u : layout.c] = setting.inputs
-        self._cells = _columns(self._kernels.CELLS)
-        self._parameter_cells = _columns(self._kernels.PARAMETER_CELLS)
-        self._directions = np.zeros((model.n_inputs + 3, 1))
-        self._parameter_directions = np.zeros((len(model.parameters), 1))
-        self._own = setting.parameter not in CONDITIONS
-        if self._own:
-            self._index = list(model.parameters).index(setting.parameter)
-            self._parameter_directions[self._index] = 1.0
-        else:
-            self._directions[model.n_inputs + CONDITIONS.index(setting.parameter)] = 1.0
-        self.steps = steps
-
-    def _set(self, x: Array, value: float) -> None:
-        self._w[: self.n] = x
-        self._w[self._layout.c : self._layout.p] = self.setting.conditions(value)
-        if self._own:
-            self._w[self._layout.p + self._index] = value
-
-    def slope(self, x: Array, value: float) -> Array:
-        """Return the time derivatives of a state."""
-        self._set(x, value)
-        self._kernels.rhs(self._w, self._t)
-        return self._w[self._layout.dx : self._layout.work].copy()
-
-    def fastest(self, x: Array, value: float) -> float:
-        """Return the largest magnitude (1/s) of the eigenvalues at a state."""
-        self._set(x, value)
-        full = np.zeros((self.n, self.n + len(self._directions)))
-        self._kernels.dense_jacobian(self._w, self._t, *self._cells, full)
-        return float(np.abs(np.linalg.eigvals(full[:, : self.n])).max())
-
-    def shoot(self, x: Array, period: float, value: float) -> Shot:
-        """Integrate one period with its derivatives."""
-        self._set(x, value)
-        mesh = np.linspace(0.0, 1.0, self.steps + 1)
-        derivatives = np.empty((self.n, self.n + 2))
-        states = np.empty((self.steps + 1, self.n))
-        if self._own:
-            self._kernels.rk4_parameter_sensitivity(
-                self._w,
-                self._t,
-                period,
-                mesh,
-                self._cells,
-                self._directions,
-                self._parameter_cells,
-                self._parameter_directions,
-                derivatives,
-                states,
-            )
-        else:
-            self._kernels.rk4_sensitivity(
-                self._w, self._t, period, mesh, self._cells, self._directions, derivatives, states
-            )
-        return Shot(states, derivatives)
-
-    def end(self, x: Array, period: float, value: float) -> Array:
-        """Return the state after one period, without derivatives: a twentieth of the time."""
-        self._set(x, value)
-        self._kernels.rk4_hold(self._w, self._t, period / self.steps, self.steps)
-        return self._w[: self.n].copy()
-
-    def parts(self, states: Array) -> tuple[NDArray[np.intp], ...]:
-        """Return the uncoupled parts of the model (their states) that oscillate in a motion.
-
-        Each of them may be shifted in phase by itself, so each needs a phase condition.
-        """
-        from scipy.sparse import coo_array
-        from scipy.sparse.csgraph import connected_components
-
-        rows, columns = self._cells[:, self._cells[1] < self.n]
-        graph = coo_array((np.ones(len(rows)), (rows, columns)), shape=(self.n, self.n))
-        _, label = connected_components(graph, directed=False)
-        swing = np.ptp(states, axis=0) / self.setting.model.scale
-        parts = [np.flatnonzero(label == k) for k in np.unique(label)]
-        return tuple(part for part in parts if swing[part].max() > _STILL)
-
-
-def _columns(cells: tuple[tuple[int, int], ...]) -> NDArray[np.int64]:
-    return np.ascontiguousarray(np.array(cells, dtype=np.int64).reshape(-1, 2).T)
-
-
-def steps_for(shooting: Shooting, x: Array, period: float, value: float) -> int:
-    """Return the number of Runge-Kutta steps that a period needs about a state."""
-    stable = period * shooting.fastest(x, value) / STEP_PER_MODE
-    return max(STEPS_PER_PERIOD, math.ceil(stable))
 
 
 def half_peak_to_peak(states: Array) -> Array:
@@ -266,6 +98,7 @@ class PeriodicProblem:
         self.shooting = shooting
         self.n = shooting.n
         self.parts = shooting.parts(reference)
+        self._near: Array | None = None  # derivatives of the motion found last
         self.set_reference(reference, value)
         if not self.parts:
             raise ParameterError("the motion to start from does not oscillate")
@@ -284,6 +117,55 @@ class PeriodicProblem:
         states = math.sqrt(self.n) * (setting.model.scale + amplitude)
         return np.concatenate([states, [_PERIOD_UNIT * period, setting.unit_at(value)]])
 
+    def in_phase(self, tangent: Array, scale: Array) -> Array:
+        """Return a tangent of the branch as the present phase conditions have it, of length 1.
+
+        A tangent holds the phase of the reference before. The difference is a shift along the motion,
+        which changes no motion, but would lead the prediction away from where the next is looked for.
+        """
+        phases = self._phases(scale)
+        held = tangent.copy()
+        held[: self.n] -= phases.T @ (phases @ tangent[: self.n])
+        return np.asarray(held / np.linalg.norm(held))
+
+    def improved(self, guess: Array, normal: Array, scale: Array) -> Array:
+        """Correct a guess by Broyden's method from the derivatives of the motion found last.
+
+        It integrates no derivatives, so that a correction costs a twentieth of one of :meth:`solve`,
+        which then starts where little is left to do. Parameters are those of :meth:`solve`; the guess
+        itself is returned where the method does not converge.
+        """
+        if self._near is None or len(self.parts) > 1:
+            return guess
+        plane, z = (guess, normal, scale), guess
+        try:
+            right = self._missed(z, plane)
+            start, factors = _solved(self._bordered(self._near, scale, normal), right)
+        except NoCycle:
+            return guess
+        assert factors is not None
+        steps, last = [-start], math.inf
+        for _ in range(_BROYDEN_STEPS):
+            size = float(np.abs(steps[-1]).max())
+            if not size < _BROYDEN_GROWTH * last:
+                return guess
+            z, last = z + steps[-1] * scale, size
+            if size < _BROYDEN_TOLERANCE:
+                return z
+            right = self._missed(z, plane)
+            if not np.isfinite(right).all():
+                return guess
+            change, _ = dgetrs(*factors, -right)
+            for before, after in pairwise(steps):
+                change = change + after * (before @ change) / (before @ before)
+            steps.append(change / (1.0 - (steps[-1] @ change) / (steps[-1] @ steps[-1])))
+        return guess
+
+    def _missed(self, z: Array, plane: tuple[Array, Array, Array]) -> Array:
+        """Return the residual of a motion that is integrated without derivatives."""
+        end = self.shooting.end(z[: self.n], float(z[self.n]), float(z[self.n + 1]))
+        return self._residual(end, z, *plane)
+
     def solve(self, guess: Array, normal: Array, scale: Array) -> Solution:
         """Find the periodic motion in the hyperplane through ``guess`` with a normal.
 
@@ -300,18 +182,20 @@ class PeriodicProblem:
         n, z = self.n, guess.copy()
         right = np.zeros((n + 1 + len(self.parts), 2))
         right[-1, 1] = 1.0  # the second solution is the tangent
+        smallest, idle = math.inf, 0
         for steps in range(1, _NEWTON_STEPS + 1):
             if not (z[n] > 0.0 and np.isfinite(z).all()):
                 raise NoCycle
             shot = self.shooting.shoot(z[:n], float(z[n]), float(z[n + 1]))
-            matrix = self._bordered(shot, scale, normal)
+            matrix = self._bordered(shot.derivatives, scale, normal)
             right[:, 0] = self._residual(shot.states[-1], z, guess, normal, scale)
             if not (np.isfinite(matrix).all() and np.isfinite(right).all()):
                 raise NoCycle
             solution, factors = _solved(matrix, right)
             change = solution[:, 0]
             size = float(np.abs(change).max())
-            if not size < _FARTHEST_CORRECTION:
+            smallest, idle = (size, 0) if size < smallest else (smallest, idle + 1)
+            if not size < _FARTHEST_CORRECTION or idle == _IDLE:
                 raise NoCycle
             z = z - change * scale
             if size < _NEWTON_TOLERANCE:
@@ -324,8 +208,7 @@ class PeriodicProblem:
         """Correct further with the derivatives at hand: steps that need no new ones cost little."""
         last = math.inf
         for _ in range(_CHORD_STEPS):
-            end = self.shooting.end(z[: self.n], float(z[self.n]), float(z[self.n + 1]))
-            right = self._residual(end, z, *plane)
+            right = self._missed(z, plane)
             if not np.isfinite(right).all():
                 return z
             change, _ = dgetrs(*factors, right)
@@ -352,10 +235,10 @@ class PeriodicProblem:
             row /= np.linalg.norm(row)
         return rows
 
-    def _bordered(self, shot: Shot, scale: Array, normal: Array) -> Array:
+    def _bordered(self, derivatives: Array, scale: Array, normal: Array) -> Array:
         n = self.n
         matrix = np.zeros((n + 1 + len(self.parts), n + 2))
-        matrix[:n] = shot.derivatives
+        matrix[:n] = derivatives
         matrix[:n, :n] -= np.eye(n)
         matrix[:n] *= scale
         matrix[:n] /= scale[:n, None]
@@ -366,6 +249,7 @@ class PeriodicProblem:
     def _solution(
         self, z: Array, along: Array, scale: Array, shot: Shot, found: tuple[int, int]
     ) -> Solution:
+        self._near = shot.derivatives
         shot.states[[0, -1]] = z[: self.n]  # the last correction, too small to integrate again
         amplitude = half_peak_to_peak(shot.states)
         here = self.scale(amplitude, float(z[self.n]), float(z[self.n + 1]))

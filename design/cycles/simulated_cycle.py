@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from design.cycles.continuation import CycleContinuation
 from design.cycles.cycle import Cycle, CycleError
-from design.cycles.periodic import Setting, half_peak_to_peak
+from design.cycles.periodic import half_peak_to_peak
+from design.cycles.shooting import Setting
 from railenv import checks
 from railenv.models import Model
 from railenv.simulation import simulate

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from design.cycles.cycle import Cycle, CycleBranch, SpecialPoint
 from design.cycles.diagram import SimulatedDiagram
 from design.cycles.hunting_map import HuntingMap
-from design.cycles.periodic import Setting
+from design.cycles.shooting import Setting
 from design.cycles.spectrum import Spectrum
 from design.stability.loss import CriticalSpeed
 from design.stability.sweep import CurveSweep

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from design.loop.sampled import continuous
 from design.stability.critical_points import Family
 from design.stability.locus import Locus
-from design.stability.mode_shape import ModeShape, normalized
+from design.stability.mode_shape import ModeShape, largest_of, normalized
 from design.stability.modes import Complex, Modes
 from railenv.errors import ParameterError
 
@@ -49,8 +49,9 @@ class GainLocus(Locus):
         Parameters are those of :meth:`VehicleLocus.mode`.
         """
         vector, eigenvalue, condition = self._chosen(value, mode)
-        names = tuple(self.sys.state_labels)
-        return ModeShape(self.sysname, names, normalized(vector), eigenvalue, condition, None)
+        names, shape = tuple(self.sys.state_labels), normalized(vector)
+        largest = largest_of(dict(zip(names, shape.tolist(), strict=True)))
+        return ModeShape(largest, self.sysname, names, shape, eigenvalue, condition, None, None)
 
 
 def gain_locus(loop: control.StateSpace, gains: ArrayLike | None = None) -> GainLocus:

@@ -285,7 +285,7 @@ def speed_locus(
     """
     targets = checks.numbers("speeds", speeds, least=2)
     checks.curvature(radius)
-    family = _Speeds(model, dynamics(model, controller, period), float(radius), checks.cant(cant))
+    family = Speeds(model, dynamics(model, controller, period), float(radius), checks.cant(cant))
     followed = follow_speeds(model, targets, radius=radius, cant=cant)
     points, ended = while_running(followed, "speed locus")
     reached = targets[: len(points)]
@@ -320,7 +320,7 @@ def while_running(points: Iterable[Each], locus: str) -> tuple[list[Each], str |
 
 
 @dataclass(frozen=True)
-class _Speeds:
+class Speeds:
     """The linear systems of a vehicle over speed."""
 
     model: Model
@@ -332,19 +332,23 @@ class _Speeds:
 
     @property
     def name(self) -> str:
+        """Name of the vehicle's model."""
         return self.model.name
 
     @property
     def period(self) -> float | None:
+        """Control period, s; None for a vehicle alone."""
         return self.dynamics.period
 
     @property
     def condition(self) -> str:
+        """The curve, for titles."""
         from design.style import curve_title
 
         return curve_title(self.radius, self.cant)
 
     def modes(self, value: float) -> Modes:
+        """Return the modes about the running equilibrium at a speed (m/s)."""
         (point,) = follow_speeds(self.model, [value], radius=self.radius, cant=self.cant)
         return self.about(point, value)
 

@@ -116,6 +116,7 @@ class CriticalSpeed:
             "speed": self.speed,
             "frequency": self.frequency,
             "wavelength": self.wavelength,
+            "mode": None if self.mode_shape is None else self.mode_shape.name,
             "multiplicity": self.multiplicity,
             "speed_range": list(self.speed_range),
             "radius": None if math.isinf(self.radius) else self.radius,
@@ -124,6 +125,14 @@ class CriticalSpeed:
         }
 
     def __str__(self) -> str:
+        shape = self.mode_shape if self.loss == "hunting" else None
+        share = shape.participation if shape else None
+        # a vehicle with a body hunts in more than one way
+        several = share is not None and bool(share.structure.having("body"))
+        return self._told(shape.name if shape and several else self.loss)
+
+    def _told(self, loss: str) -> str:
+        """Say what is found, with a name for the loss."""
         low, high = self.speed_range
         if self.loss == "none":
             return f"stable from {low:g} to {high:g} m/s"
@@ -134,14 +143,18 @@ class CriticalSpeed:
         if self.loss == "end":
             return f"the running equilibrium ends at {self.speed:.4f} m/s, as where a wheel lifts"
         at = f" at {self.frequency:.4f} Hz" if self.frequency is not None else ""
-        return f"{self.loss} from {self.speed:.4f} m/s{at}"
+        return f"{loss} from {self.speed:.4f} m/s{at}"
 
-    @property
+    @cached_property
     def mode_shape(self) -> ModeShape | None:
-        """The critical mode as an object that draws and animates itself; None where there is none."""
+        """The critical mode as an object that draws and animates itself; None where there is none.
+
+        Its ``name`` says what hunts, such as "bogie hunting, in phase" or "body hunting (upper sway)",
+        its ``participation`` how much each body takes part.
+        """
         if self.mode is None or self.eigenvalue is None:
             return None
-        return ModeShape.of(self._model, self.mode, self.eigenvalue, str(self))
+        return ModeShape.of(self._model, self.mode, self.eigenvalue, self._told(self.loss))
 
     def plot(self, ax: Axes | None = None) -> control.ControlPlot:
         """Draw the critical mode: magnitude and phase of every displacement."""

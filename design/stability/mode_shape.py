@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from design.stability.mode_geometry import Geometry, geometry_of
+from design.stability.mode_names import mode_name, roll_axis
+from design.stability.participation import Participation, Structure
 from railenv import checks
 from railenv.equations.coordinates import COORDINATES
 from railenv.equipment import Equipped
@@ -23,58 +26,16 @@ if TYPE_CHECKING:
 Complex = NDArray[np.complex128]
 
 
-class Outline(NamedTuple):
-    """A body as a plan view draws it.
-
-    Attributes
-    ----------
-    name : str
-    x : float
-        Place along the vehicle, m.
-    half_length : float
-        m; of a body that is no wheelset.
-    y, psi, phi : str or None
-        Names of its displacements; None for one that it does not have.
-    """
-
-    name: str
-    x: float
-    half_length: float
-    y: str | None
-    psi: str | None
-    phi: str | None
-
-
-@dataclass(frozen=True)
-class Geometry:
-    """What a plan view of a vehicle needs.
-
-    Attributes
-    ----------
-    half_gauge : float
-        m.
-    wheelsets, frames, others : tuple of Outline
-        Frames are bodies that stand over wheelsets, as no other body is closer to these; the others,
-        such as a vehicle's body, reach over all wheelsets.
-    """
-
-    half_gauge: float
-    wheelsets: tuple[Outline, ...]
-    frames: tuple[Outline, ...]
-    others: tuple[Outline, ...]
-
-    @property
-    def bodies(self) -> tuple[Outline, ...]:
-        """All bodies: wheelsets, frames, others."""
-        return (*self.wheelsets, *self.frames, *self.others)
-
-
 @dataclass(frozen=True)
 class ModeShape:
     """Complex displacements of one mode.
 
     Attributes
     ----------
+    name : str
+        What engineers call such a mode, as "bogie hunting, in phase" or "body lower sway", told from
+        its shape (:mod:`design.stability.mode_names`). Of a model that does not name its bodies, the
+        largest displacement.
     model_name : str
     names : tuple of str
         The displacements, such as ``y_w1`` (m) or ``psi_w1`` (rad); all states of a model whose states
@@ -88,22 +49,39 @@ class ModeShape:
         Where the mode was computed, as "speed = 116.1 m/s".
     geometry : Geometry or None
         Where the bodies are; None for models that do not say it, which are drawn as a bar chart.
+    participation : Participation or None
+        Shares of the bodies and of their coordinates; None for models that do not name their bodies.
     """
 
+    name: str
     model_name: str
     names: tuple[str, ...]
     displacements: Complex
     eigenvalue: complex
     condition: str
     geometry: Geometry | None
+    participation: Participation | None
 
     @classmethod
     def of(cls, model: Model, vector: Complex, eigenvalue: complex, condition: str) -> Self:
         """Take the shape from an eigenvector whose first entries are the model's states."""
-        chosen = displacement_rows(model)
-        shape = np.asarray(vector, dtype=complex)[chosen]
+        return cls.several(model, np.asarray(vector)[:, None], [eigenvalue], condition)[0]
+
+    @classmethod
+    def several(
+        cls, model: Model, vectors: Complex, eigenvalues: Sequence[complex], condition: str
+    ) -> tuple[Self, ...]:
+        """Take the shapes from eigenvectors, each a column."""
+        chosen, structure, geometry = displacement_rows(model), Structure.of(model), geometry_of(model)
         names = tuple(model.state_names[k] for k in chosen)
-        return cls(model.name, names, normalized(shape), eigenvalue, condition, geometry_of(model))
+        found = []
+        for vector, eigenvalue in zip(np.asarray(vectors, complex).T, eigenvalues, strict=True):
+            shape = normalized(vector[chosen])
+            moved = dict(zip(names, shape.tolist(), strict=True))
+            share = structure.shares(moved) if structure else None
+            name = mode_name(moved, eigenvalue, share) if share else largest_of(moved)
+            found.append(cls(name, model.name, names, shape, eigenvalue, condition, geometry, share))
+        return tuple(found)
 
     def __getitem__(self, name: str) -> complex:
         """Return one displacement by its name."""
@@ -131,25 +109,53 @@ class ModeShape:
             for k in np.argsort(-np.abs(self.displacements))[:4]
         )
         return (
-            f"{self.model_name}, {self.condition}: {self.frequency:.4f} Hz, damping ratio "
+            f"{self.model_name}, {self.condition}: {self.name}, {self.frequency:.4f} Hz, damping ratio "
             f"{self.damping:+.5f}; {largest}"
         )
+
+    @property
+    def vertical(self) -> bool:
+        """Whether bounce and pitch have most of the motion; False where no bodies are named."""
+        if self.participation is None:
+            return False
+        everything = list(self.participation.structure.roles)
+        return self.participation.of(everything, ("z", "theta")) > 0.5
+
+    def roll_axis(self, body: str) -> float | None:
+        """Return the height (m) above its centre of mass of the axis about which a body rolls.
+
+        It is below the centre (negative) in lower sway and above it in upper sway. None where the body
+        does not roll.
+
+        Raises
+        ------
+        UnknownNameError
+            If the model names no such body that moves.
+        """
+        known = self.participation.structure.displacements if self.participation else {}
+        checks.known("body", [body], list(known))
+        assert self.participation is not None
+        moved = dict(zip(self.names, self.displacements.tolist(), strict=True))
+        return roll_axis(moved, self.participation.structure, body)
 
     def plot(
         self, ax: Axes | None = None, *, phases: Sequence[float] = (0.0, 45.0, 90.0, 135.0)
     ) -> control.ControlPlot:
-        """Draw the bodies in plan view at some phases of a period; models without bodies as bars.
+        """Draw the bodies at some phases of a period; models without bodies as bars.
+
+        They are seen from above; of a whole vehicle its leading end from behind as well. Where most of
+        the motion is vertical, they are seen from the side.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
-            For a plan view: draws the first phase only, into these axes.
+            For the view from above or from the side: draws the first phase only, into these axes.
         phases : sequence of float
             Degrees.
         """
-        from design.stability.mode_plots import plot_bars, plot_plan
+        from design.stability.mode_plots import plot_bars, plot_views
 
-        return plot_bars(self, ax) if self.geometry is None else plot_plan(self, ax, phases)
+        return plot_bars(self, ax) if self.geometry is None else plot_views(self, ax, phases)
 
     def bars(self, ax: Axes | None = None) -> control.ControlPlot:
         """Draw magnitude and phase of every displacement."""
@@ -188,38 +194,12 @@ def displacement_rows(model: Model) -> list[int]:
     return chosen or list(range(len(names)))
 
 
+def largest_of(shape: Mapping[str, complex]) -> str:
+    """Return the name of the largest displacement."""
+    return max(shape, key=lambda name: abs(shape[name]))
+
+
 def normalized(shape: Complex) -> Complex:
     """Return a shape divided by its largest entry."""
     largest = shape[np.argmax(np.abs(shape))]
     return shape / largest if largest else shape
-
-
-_SHORTEST = 0.5  # m, half the length of a body that stands over a single wheelset
-_BEYOND = 1.12  # of the distance to its wheelsets, a frame's half length
-_OVERHANG = 1.5  # m, of a vehicle's body beyond the outermost wheelsets
-
-
-def geometry_of(model: Model) -> Geometry | None:
-    """Return where a model's bodies are; None where it does not tell, or has no wheelsets."""
-    guided, places = model.guided, model.body_places
-    if not guided:
-        return None
-    on_rails = {g.name: g.x for g in guided}
-    rest = [name for name in places if name not in on_rails]
-    over: dict[str, list[float]] = {name: [] for name in rest}
-    for x in on_rails.values():
-        if rest:
-            nearest = min(rest, key=lambda name: abs(places[name] - x))
-            over[nearest].append(abs(places[nearest] - x))
-    reach = max(abs(x) for x in on_rails.values())
-
-    def outline(name: str, half_length: float) -> Outline:
-        own, x = model.body_states[name], on_rails.get(name, places[name])
-        return Outline(name, x, half_length, own.get("y"), own.get("psi"), own.get("phi"))
-
-    return Geometry(
-        guided[0].half_gauge,
-        tuple(outline(name, 0.0) for name in on_rails),
-        tuple(outline(n, max(_BEYOND * max(over[n]), _SHORTEST)) for n in rest if over[n]),
-        tuple(outline(n, reach + _OVERHANG - abs(places[n])) for n in rest if not over[n]),
-    )

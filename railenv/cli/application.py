@@ -18,6 +18,7 @@ from railenv.cli import (
     evaluate,
     locus,
     margins,
+    modes,
     reproduce,
     simulate,
     stability_map,
@@ -40,6 +41,7 @@ app = typer.Typer(
 app.command()(vehicles.vehicles)
 app.command("critical-speed")(critical_speed.critical_speed)
 app.command()(locus.locus)
+app.command()(modes.modes)
 app.command()(margins.margins)
 app.command()(bifurcation.bifurcation)
 app.command("map")(stability_map.stability_map)

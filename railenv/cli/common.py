@@ -12,12 +12,12 @@ from rich.console import Console
 from rich.text import Text
 
 import railenv
-from railenv.cli.options import ModelName, VehicleOptions
+from railenv.cli.options import ModelName, VehicleModelName, VehicleOptions
 from railenv.errors import ParameterError
 from railenv.vehicles.lookup import named
 
 if TYPE_CHECKING:
-    from railenv.models import Model
+    from railenv.models import Assembled, Model
 
 out = Console()
 err = Console(stderr=True)
@@ -43,13 +43,19 @@ def _model(vehicle: str, kind: ModelName) -> Model:
         return railenv.CooperriderBogie()
     found = named(vehicle)
     if isinstance(found, railenv.Vehicle):
-        return railenv.Bogie(found) if kind == "bogie" else railenv.DualWheelset(found)
+        return vehicle_model(found, kind)
     if kind != "bogie":
         raise ParameterError(
             f"--model is {kind}; {vehicle} describes the parts of a vehicle and is its own model, so "
             "leave --model out"
         )
     return railenv.Assembled(found)
+
+
+def vehicle_model(vehicle: railenv.Vehicle, kind: VehicleModelName) -> Assembled:
+    """Return a model of a vehicle: one of its bogies, that bogie's wheelsets, or the whole."""
+    kinds = {"bogie": railenv.Bogie, "dual-wheelset": railenv.DualWheelset, "coach": railenv.Coach}
+    return kinds[kind](vehicle)
 
 
 def assignments(texts: list[str] | None, option: str) -> dict[str, Any]:

@@ -17,7 +17,8 @@ import typer
 
 from railenv.errors import ParameterError
 
-ModelName = Literal["bogie", "dual-wheelset", "cooperrider"]
+VehicleModelName = Literal["bogie", "dual-wheelset", "coach"]
+ModelName = Literal[VehicleModelName, "cooperrider"]
 
 SetOption = Annotated[
     list[str] | None,
@@ -77,8 +78,8 @@ class VehicleOptions:
         typer.Option(
             "--model",
             "-m",
-            help="Bogie of 12, dual wheelset of 8 or Cooperrider bogie of 7 degrees of freedom; a file "
-            "of parts is its own model.",
+            help="Bogie of 12, dual wheelset of 8, whole coach of 31 or Cooperrider bogie of 7 degrees "
+            "of freedom; a file of parts is its own model.",
         ),
     ] = "bogie"
 

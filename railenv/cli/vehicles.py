@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import typer
 from rich import box
@@ -12,8 +12,8 @@ from rich.table import Table
 
 import railenv
 from railenv import vehicles as vehicle_records
-from railenv.cli.common import out, print_json
-from railenv.cli.options import JsonOption
+from railenv.cli.common import out, print_json, vehicle_model
+from railenv.cli.options import JsonOption, VehicleModelName
 from railenv.contact.family import ProfileFamily
 from railenv.contact.laws import ContactLaw
 from railenv.contact.pair import ProfilePair
@@ -40,8 +40,10 @@ def vehicles(
         typer.Option("--toml", help="Print the vehicle's parts as a TOML file to start your own from."),
     ] = False,
     model: Annotated[
-        Literal["bogie", "dual-wheelset"],
-        typer.Option("--model", "-m", help="With --toml: the bogie, or its wheelsets alone."),
+        VehicleModelName,
+        typer.Option(
+            "--model", "-m", help="With --toml: the bogie, its wheelsets alone, or the whole coach."
+        ),
     ] = "bogie",
     markdown: Annotated[
         bool, typer.Option("--markdown", help="Print a table of all vehicles for a document.")
@@ -56,7 +58,7 @@ def vehicles(
     if toml and name is None:
         raise ParameterError("--toml needs the name of one vehicle")
     if model != "bogie" and not toml:
-        raise ParameterError(f"--model is {model}; it is for --toml, all else is of both models")
+        raise ParameterError(f"--model is {model}; it is for --toml, all else is of all models")
     found = named(name) if name else None
     if isinstance(found, Assembly):
         if model != "bogie":
@@ -67,8 +69,7 @@ def vehicles(
         return
     shown = list(railenv.PRESETS) if found is None else [found]
     if toml:
-        kind = railenv.Bogie if model == "bogie" else railenv.DualWheelset
-        print(kind(shown[0]).assembly.to_toml(units=COMMENTS), end="")
+        print(vehicle_model(shown[0], model).assembly.to_toml(units=COMMENTS), end="")
         return
     rows = vehicle_records.describe(railenv.Vehicle)
     if markdown:

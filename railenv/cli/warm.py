@@ -98,7 +98,7 @@ def _of_environments(model: railenv.Equipped) -> Iterator[Job]:
 
 def _analyses(model: Model) -> None:
     """Call what equilibria, eigenvalues, limit cycles and simulations call."""
-    from design.cycles.periodic import Setting, Shooting
+    from design.cycles.shooting import Setting, Shooting
 
     evaluator = model.evaluator()
     evaluator.set(model.guess, _SPEED)

@@ -8,6 +8,9 @@ import pytest
 
 import design
 import railenv
+from design.cycles.continuation import position
+from design.cycles.periodic import PeriodicProblem
+from design.cycles.shooting import Shooting
 
 CANT = 0.0873  # rad, the paper's
 
@@ -45,6 +48,54 @@ def test_coach_is_unstable_from_the_hopf_point_back_to_the_fold_and_stable_beyon
 def test_cooperrider_branch_turns_back_at_a_fold_below_its_critical_speed(cooperrider_branch):
     assert cooperrider_branch.hopf.speed == pytest.approx(68.644, rel=1e-4)
     assert cooperrider_branch.nonlinear_critical_speed == pytest.approx(66.655, abs=0.01)
+
+
+def test_a_tangent_leads_to_the_next_motion_whatever_phase_is_held_there(coach_branch):
+    for cycle in coach_branch.cycles[2:60:8]:
+        shooting = Shooting(coach_branch.setting, len(cycle.states) - 1)
+        problem = PeriodicProblem(shooting, cycle.states, cycle.value)
+        tangent = problem.in_phase(cycle.tangent, cycle.scale)
+        assert np.linalg.norm(tangent) == pytest.approx(1.0)
+        start, step = position(cycle), 1e-4
+        found = problem.solve(start + step * tangent * cycle.scale, tangent, cycle.scale)
+        way = (found.z - start) / cycle.scale / step
+        assert np.linalg.norm(way - tangent) < 0.01
+
+
+def test_a_guess_improved_without_derivatives_is_the_motion_that_newtons_method_finds(coach_branch):
+    cycle = coach_branch.cycles[20]
+    problem = PeriodicProblem(
+        Shooting(coach_branch.setting, len(cycle.states) - 1), cycle.states, cycle.value
+    )
+    tangent = problem.in_phase(cycle.tangent, cycle.scale)
+    guess = position(cycle) + 0.1 * tangent * cycle.scale
+    plane = (tangent, cycle.scale)
+    assert problem.improved(guess, *plane) is guess  # no derivatives to start from
+    exact = problem.solve(guess, *plane)
+    better = problem.improved(guess, *plane)
+    assert np.abs((better - exact.z) / cycle.scale).max() < 1e-7
+    far = guess + 1e3 * cycle.scale
+    assert problem.improved(far, *plane) is far
+
+
+@pytest.mark.slow
+def test_whole_coach_hunts_down_to_the_last_fold_of_its_branch():
+    coach = railenv.Coach(railenv.HIGH_SPEED_COACH)
+    branch = design.cycle_branch(coach)
+    assert branch.complete
+    fold = branch.nonlinear_critical_speed
+    assert fold < 0.75 * branch.hopf.speed
+    k = coach.state_names.index("y_w1")
+    for speed in (1.005 * fold, 75.0, 100.0):
+        (cycle,) = branch.at(speed, stable=True)
+        motion = railenv.simulate(
+            coach, speed=cycle.speed, initial_state=cycle.states[0], duration=30.0
+        )
+        last = np.abs(motion.states[k, -motion.states.shape[1] // 10 :]).max()
+        assert last == pytest.approx(cycle.amplitudes[k], rel=2e-3)
+    start = branch.at(1.005 * fold, stable=True)[0].states[0]
+    below = railenv.simulate(coach, speed=0.99 * fold, initial_state=start, duration=40.0)
+    assert np.abs(below.states[k, -100:]).max() < 1e-5
 
 
 def test_fold_does_not_depend_on_the_steps_of_the_period(cooperrider, cooperrider_branch):

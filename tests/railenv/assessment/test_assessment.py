@@ -116,8 +116,9 @@ def test_hunting_is_read_at_its_own_frequency():
 def test_accelerations_are_second_derivatives_of_the_places(rough):
     readings = Readings(COACH, rough)
     x = dict(zip(rough.state_labels, rough.states, strict=True))
-    t, tangent = rough.time, rough.inputs[rough.input_labels.index("curvature")] == 0.0
-    assert tangent.sum() > 200
+    track = [i for i, name in enumerate(rough.input_labels) if name.startswith("curvature")]
+    t, tangent = rough.time, (np.asarray(rough.inputs)[track] == 0.0).all(axis=0)
+    assert tangent.sum() > 150
     inside = tangent & (t > 0.5)
     inside[np.flatnonzero(inside)[-5:]] = False
     for place in (*readings.on_bodies(0.3), *readings.on_frames()):

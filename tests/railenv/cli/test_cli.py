@@ -72,6 +72,21 @@ def test_critical_speed_under_a_controller_moves(tmp_path):
     assert moving.stat().st_size > 1000
 
 
+def test_whole_coach_says_what_hunts(tmp_path):
+    assert invoke("critical-speed", "--model", "coach").startswith(
+        "coach: bogie hunting, in phase from "
+    )
+    low = json.loads(invoke("critical-speed", "-m", "coach", "--set", "conicity=0.02", "--json"))
+    assert (low["loss"], low["mode"]) == ("hunting", "body hunting (yaw)")
+    drawing = tmp_path / "modes.png"
+    listed = invoke("modes", "-m", "coach", "--speed", 60, "--highest", 2, "--plot", drawing)
+    assert "body lower sway" in listed
+    assert drawing.stat().st_size > 1000
+    found = json.loads(invoke("modes", "-m", "coach", "--speed", 60, "--highest", 2, "--json"))
+    assert {"mode", "frequency", "damping", "wheelsets", "frames", "body"} == set(found["modes"][0])
+    assert found["shares_of"] == "kinetic energy"
+
+
 def test_own_vehicle_from_a_file(tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text('base = "HIGH_SPEED_COACH"\nname = "mine"\nconicity = 0.2\n')
@@ -91,6 +106,8 @@ def test_vehicles_lists_every_field_and_round_trips_as_toml(tmp_path):
     for model, kind in (("bogie", railenv.Bogie), ("dual-wheelset", railenv.DualWheelset)):
         file.write_text(invoke("vehicles", "TABLE_1", "--toml", "--model", model))
         assert railenv.Assembly.from_toml(file) == kind(railenv.TABLE_1).assembly
+    file.write_text(invoke("vehicles", "HIGH_SPEED_COACH", "--toml", "--model", "coach"))
+    assert railenv.Assembly.from_toml(file) == railenv.Coach(railenv.HIGH_SPEED_COACH).assembly
     data = json.loads(invoke("vehicles", "--json"))
     assert [v["name"] for v in data] == [v.name for v in railenv.PRESETS]
     assert data[0]["contact"] == {"law": "cone", "conicity": 0.05}
@@ -165,6 +182,7 @@ def test_training_takes_a_vehicle(parts):
     ("arguments", "message"),
     [
         (["critical-speed", "-m", "dual-wheelset"], "--model is dual-wheelset; .* is its own model"),
+        (["critical-speed", "-m", "coach"], "--model is coach; .* is its own model"),
         (["critical-speed", "-m", "cooperrider"], None),
         (["critical-speed", "--set", "conicty=0.1"], r"did you mean 'conicity'\?\); allowed are"),
     ],

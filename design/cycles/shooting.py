@@ -1,0 +1,186 @@
+"""Integration of one period of a motion, with the exact derivatives of its steps."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from railenv import checks
+from railenv.models import Model
+
+Array = NDArray[np.float64]
+
+CONDITIONS = ("speed", "curvature", "cant")
+
+STEPS_PER_PERIOD = 400
+"""Fewest Runge-Kutta steps of a period."""
+
+STEP_PER_MODE = 1.0
+"""Longest step in units of 1/|eigenvalue| of the fastest mode, a third of what is stable."""
+
+_SPEED_UNIT = 0.1  # of the speed: one unit of arclength
+_STILL = 1e-7  # amplitude, in units of the model's scale, below which a part does not oscillate
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Everything that a periodic motion depends on, and the parameter that is varied.
+
+    Attributes
+    ----------
+    model : Model
+    parameter : str
+        "speed", "curvature", "cant" or a parameter of the model.
+    speed, curvature, cant : float
+        m/s, 1/m, rad; that of them which is the parameter does not matter.
+    inputs : ndarray, shape (n_inputs,)
+    unit : float or None
+        Change of the parameter that is one unit of arclength; None is a tenth of its value.
+    """
+
+    model: Model
+    parameter: str
+    speed: float
+    curvature: float
+    cant: float
+    inputs: Array
+    unit: float | None = None
+
+    def __post_init__(self) -> None:
+        checks.known("parameter", [self.parameter], [*CONDITIONS, *self.model.parameters])
+
+    def conditions(self, value: float) -> tuple[float, float, float]:
+        """Return speed, curvature and cant where the parameter has a value."""
+        held = {"speed": self.speed, "curvature": self.curvature, "cant": self.cant}
+        if self.parameter in held:
+            held[self.parameter] = value
+        return held["speed"], held["curvature"], held["cant"]
+
+    def unit_at(self, value: float) -> float:
+        """Return the change of the parameter that is one unit of arclength."""
+        return self.unit if self.unit is not None else _SPEED_UNIT * abs(value)
+
+    def model_at(self, value: float) -> Model:
+        """Return the model with the parameter at a value, where it is one of the model's own."""
+        if self.parameter in CONDITIONS:
+            return self.model
+        return self.model.replace(**{self.parameter: value})
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One period: states (rows), and derivatives of the last by the first, the period and the value."""
+
+    states: Array
+    derivatives: Array
+
+
+class Shooting:
+    """Integrates periods of a model, with exact derivatives.
+
+    Parameters
+    ----------
+    setting : Setting
+    steps : int
+        Runge-Kutta steps of one period.
+    """
+
+    def __init__(self, setting: Setting, steps: int) -> None:
+        self.setting = setting
+        model = setting.model
+        self.n = model.n_states
+        self._kernels = model.kernels()
+        layout = self._kernels.LAYOUT
+        self._layout = layout
+        self._w = np.zeros(layout.all_rows)
+        self._w[layout.p : layout.dx], self._t = model.rows()
+        self._w[layout.u : layout.c] = setting.inputs
+        self._cells = _columns(self._kernels.CELLS)
+        self._parameter_cells = _columns(self._kernels.PARAMETER_CELLS)
+        self._directions = np.zeros((model.n_inputs + 3, 1))
+        self._parameter_directions = np.zeros((len(model.parameters), 1))
+        self._own = setting.parameter not in CONDITIONS
+        if self._own:
+            self._index = list(model.parameters).index(setting.parameter)
+            self._parameter_directions[self._index] = 1.0
+        else:
+            self._directions[model.n_inputs + CONDITIONS.index(setting.parameter)] = 1.0
+        self.steps = steps
+
+    def _set(self, x: Array, value: float) -> None:
+        self._w[: self.n] = x
+        self._w[self._layout.c : self._layout.p] = self.setting.conditions(value)
+        if self._own:
+            self._w[self._layout.p + self._index] = value
+
+    def slope(self, x: Array, value: float) -> Array:
+        """Return the time derivatives of a state."""
+        self._set(x, value)
+        self._kernels.rhs(self._w, self._t)
+        return self._w[self._layout.dx : self._layout.work].copy()
+
+    def fastest(self, x: Array, value: float) -> float:
+        """Return the largest magnitude (1/s) of the eigenvalues at a state."""
+        self._set(x, value)
+        full = np.zeros((self.n, self.n + len(self._directions)))
+        self._kernels.dense_jacobian(self._w, self._t, *self._cells, full)
+        return float(np.abs(np.linalg.eigvals(full[:, : self.n])).max())
+
+    def shoot(self, x: Array, period: float, value: float) -> Shot:
+        """Integrate one period with its derivatives."""
+        self._set(x, value)
+        mesh = np.linspace(0.0, 1.0, self.steps + 1)
+        derivatives = np.empty((self.n, self.n + 2))
+        states = np.empty((self.steps + 1, self.n))
+        if self._own:
+            self._kernels.rk4_parameter_sensitivity(
+                self._w,
+                self._t,
+                period,
+                mesh,
+                self._cells,
+                self._directions,
+                self._parameter_cells,
+                self._parameter_directions,
+                derivatives,
+                states,
+            )
+        else:
+            self._kernels.rk4_sensitivity(
+                self._w, self._t, period, mesh, self._cells, self._directions, derivatives, states
+            )
+        return Shot(states, derivatives)
+
+    def end(self, x: Array, period: float, value: float) -> Array:
+        """Return the state after one period, without derivatives: a twentieth of the time."""
+        self._set(x, value)
+        self._kernels.rk4_hold(self._w, self._t, period / self.steps, self.steps)
+        return self._w[: self.n].copy()
+
+    def parts(self, states: Array) -> tuple[NDArray[np.intp], ...]:
+        """Return the uncoupled parts of the model (their states) that oscillate in a motion.
+
+        Each of them may be shifted in phase by itself, so each needs a phase condition.
+        """
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+
+        rows, columns = self._cells[:, self._cells[1] < self.n]
+        graph = coo_array((np.ones(len(rows)), (rows, columns)), shape=(self.n, self.n))
+        _, label = connected_components(graph, directed=False)
+        swing = np.ptp(states, axis=0) / self.setting.model.scale
+        parts = [np.flatnonzero(label == k) for k in np.unique(label)]
+        return tuple(part for part in parts if swing[part].max() > _STILL)
+
+
+def _columns(cells: tuple[tuple[int, int], ...]) -> NDArray[np.int64]:
+    return np.ascontiguousarray(np.array(cells, dtype=np.int64).reshape(-1, 2).T)
+
+
+def steps_for(shooting: Shooting, x: Array, period: float, value: float) -> int:
+    """Return the number of Runge-Kutta steps that a period needs about a state."""
+    stable = period * shooting.fastest(x, value) / STEP_PER_MODE
+    return max(STEPS_PER_PERIOD, math.ceil(stable))
