@@ -20,8 +20,9 @@ def roles_of(model: Model) -> dict[str, Role]:
 
     A frame is sprung to wheelsets and to something above: a body that is heavier, or one at rest. What
     is sprung to wheelsets only (as in a two-axle wagon) and what stands on lighter frames is a body.
-    Light masses on or between them, such as a motor or a bolster, are others. Equations of one's own do not tell what
-    joins their bodies: there, a frame is a body that stands over wheelsets as no other is nearer to.
+    Light masses on or between them, such as a motor or a bolster, are others. Equations of one's own do
+    not tell what joins their bodies: there, a frame is a body that stands over wheelsets as no other is
+    nearer to.
     """
     plant = model.plant if isinstance(model, Equipped) else model
     wheelsets = [g.name for g in plant.guided]
