@@ -232,16 +232,6 @@ class Equipped(Model):
         return self.equipment.sensed
 
     @property
-    def body_states(self) -> dict[str, dict[str, str]]:
-        """State of each coordinate and rate (``y``, ``dpsi``) of each body that moves."""
-        return self.plant.body_states
-
-    @property
-    def body_places(self) -> dict[str, float]:
-        """Place (m) along the vehicle of each body that moves."""
-        return self.plant.body_places
-
-    @property
     def body_heights(self) -> dict[str, float]:
         """Height (m) of the centre of each body that moves; 0 where equations do not tell it."""
         return self.plant.body_heights
@@ -250,6 +240,16 @@ class Equipped(Model):
     def body_inertias(self) -> dict[str, dict[str, float]]:
         """Mass (kg) or moment of inertia (kg m^2) of each coordinate of each body that moves."""
         return self.plant.body_inertias
+
+    @property
+    def body_states(self) -> dict[str, dict[str, str]]:
+        """State of each coordinate and rate (``y``, ``dpsi``) of each body that moves."""
+        return self.plant.body_states
+
+    @property
+    def body_places(self) -> dict[str, float]:
+        """Place (m) along the vehicle of each body that moves."""
+        return self.plant.body_places
 
     @property
     def guided(self) -> tuple[Guided, ...]:
