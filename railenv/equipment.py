@@ -232,16 +232,6 @@ class Equipped(Model):
         return self.equipment.sensed
 
     @property
-    def body_states(self) -> dict[str, dict[str, str]]:
-        """State of each coordinate and rate (``y``, ``dpsi``) of each body that moves."""
-        return self.plant.body_states
-
-    @property
-    def body_places(self) -> dict[str, float]:
-        """Place (m) along the vehicle of each body that moves."""
-        return self.plant.body_places
-
-    @property
     def sites(self) -> dict[str, float]:
         """Place (m) along the vehicle of each body whose track may differ from that at the origin."""
         return self.plant.sites
@@ -255,6 +245,16 @@ class Equipped(Model):
     def body_inertias(self) -> dict[str, dict[str, float]]:
         """Mass (kg) or moment of inertia (kg m^2) of each coordinate of each body that moves."""
         return self.plant.body_inertias
+
+    @property
+    def body_states(self) -> dict[str, dict[str, str]]:
+        """State of each coordinate and rate (``y``, ``dpsi``) of each body that moves."""
+        return self.plant.body_states
+
+    @property
+    def body_places(self) -> dict[str, float]:
+        """Place (m) along the vehicle of each body that moves."""
+        return self.plant.body_places
 
     @property
     def guided(self) -> tuple[Guided, ...]:

@@ -125,11 +125,16 @@ class CriticalSpeed:
         }
 
     def __str__(self) -> str:
+        return self._told(self._named_loss)
+
+    @property
+    def _named_loss(self) -> str:
+        """The loss; hunting with its name of a vehicle with a body, which hunts in several ways."""
         shape = self.mode_shape if self.loss == "hunting" else None
         share = shape.participation if shape else None
-        # a vehicle with a body hunts in more than one way
-        several = share is not None and bool(share.structure.having("body"))
-        return self._told(shape.name if shape and several else self.loss)
+        if shape is None or share is None or not share.structure.having("body"):
+            return self.loss
+        return shape.name if "hunting" in shape.name else f"hunting ({shape.name})"
 
     def _told(self, loss: str) -> str:
         """Say what is found, with a name for the loss."""

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from scipy.linalg import eigh
@@ -42,6 +43,12 @@ def coach():
 @pytest.fixture(scope="module")
 def structure(coach):
     return Structure.of(coach)
+
+
+@pytest.fixture(autouse=True)
+def figures_closed():
+    yield
+    plt.close("all")
 
 
 def hertz(squared):
