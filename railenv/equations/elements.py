@@ -123,6 +123,43 @@ def track_between(a: End, b: End, height: Scalar) -> tuple[list[Scalar], list[Sc
     )
 
 
+def lean(a: End, b: End, r: Relative) -> Relative:
+    """Return the same with the vertical stretch to second order, as bodies that have moved see it.
+
+    Points above or below a body's centre sink as it rolls and pitches, and the vertical is that of the
+    two bodies between them: it leans as they do on average.
+    """
+    roll, pitch = a.motion.phi + r.roll / 2, a.motion.theta + r.pitch / 2
+    rolling, pitching = a.motion.dphi + r.droll / 2, a.motion.dtheta + r.dpitch / 2
+    z, dz = r.z - roll * r.y + pitch * r.x, r.dz - rolling * r.y + pitching * r.x
+    dz = dz - roll * r.dy + pitch * r.dx
+    for end, sign in ((a, 1), (b, -1)):
+        height, m = sign * end.arm.z, end.motion
+        z = z + height * (m.phi * m.phi + m.theta * m.theta) / 2
+        dz = dz + height * (m.phi * m.dphi + m.theta * m.dtheta)
+    return r._replace(z=z, dz=dz)
+
+
+def where_moved_to(a: End, b: End, r: Relative, force: Scalar) -> tuple[Wrench, Wrench]:
+    """Return what a vertical force (N) on A does beyond itself as it acts where bodies have moved to.
+
+    It stands in the middle between the two attachments, which have shifted against each other, and
+    leans as :func:`lean` says, of whose stretch these are the derivatives: so a body that moves aside
+    bears on what carries it there, and tilts it. On A and B, about the attachments.
+    """
+    roll, pitch = a.motion.phi + r.roll / 2, a.motion.theta + r.pitch / 2
+    aside, along = Wrench(force_x=force * pitch, force_y=-force * roll), (r.y / 2, r.x / 2)
+    on_a = aside._replace(
+        roll=force * (along[0] - a.arm.z * a.motion.phi),
+        pitch=-force * (along[1] + a.arm.z * a.motion.theta),
+    )
+    on_b = opposite(aside)._replace(
+        roll=force * (along[0] + b.arm.z * b.motion.phi),
+        pitch=force * (b.arm.z * b.motion.theta - along[1]),
+    )
+    return on_a, on_b
+
+
 def at_centre(arm: Arm, f: Wrench) -> Wrench:
     """Return a wrench at an attachment as the same about the body's centre of mass."""
     return Wrench(

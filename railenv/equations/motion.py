@@ -22,7 +22,16 @@ from railenv.equations.coordinates import (
     rails,
     total,
 )
-from railenv.equations.elements import Arm, End, Relative, at_centre, opposite, relative
+from railenv.equations.elements import (
+    Arm,
+    End,
+    Relative,
+    at_centre,
+    lean,
+    opposite,
+    relative,
+    where_moved_to,
+)
 from railenv.equations.functions import Scalar
 from railenv.equations.loads import load
 
@@ -76,21 +85,25 @@ def _elements(
     own_rates: list[Scalar] = []
     state, command = 2 * sum(map(len, vehicle.coordinates.values())), 0
     for e in vehicle.elements:
-        arm_a, arm_b, seen = seen_by(vehicle, e, moving, run)
+        a, b, seen = seen_by(vehicle, e, moving, run)
         q, drive = x[state : state + e.n_states], u[command : command + e.n_inputs]
         state, command = state + e.n_states, command + e.n_inputs
         on_a, rate = e.law(e, seen, q, drive)
         own_rates += rate
-        for name, arm, wrench in ((e.between[0], arm_a, on_a), (e.between[1], arm_b, opposite(on_a))):
+        wrenches = (on_a, opposite(on_a))
+        if vehicle.shifting_loads:
+            further = where_moved_to(a, b, seen, on_a.force_z)
+            wrenches = (total([wrenches[0], further[0]]), total([wrenches[1], further[1]]))
+        for name, end, wrench in zip(e.between, (a, b), wrenches, strict=True):
             if name != GROUND:
-                acting[name].append(at_centre(arm, wrench))
+                acting[name].append(at_centre(end.arm, wrench))
     return own_rates
 
 
 def seen_by(
     vehicle: Any, e: Any, moving: Mapping[str, Motion], run: Running
-) -> tuple[Arm, Arm, Relative]:
-    """Return the arms of an element's attachments in its two bodies, and their relative motion.
+) -> tuple[End, End, Relative]:
+    """Return an element's ends in its two bodies, and how the second moves against the first.
 
     The ground follows the track: it is the track frame at the place of the other body.
     """
@@ -104,7 +117,8 @@ def seen_by(
         for arm, name, body in zip(arms, e.between, held, strict=True)
     )
     height = e.z - vehicle.rail_level
-    return arms[0], arms[1], relative(a, b, height, vehicle.wheelbase_curving)
+    seen = relative(a, b, height, vehicle.wheelbase_curving)
+    return a, b, lean(a, b, seen) if vehicle.shifting_loads else seen
 
 
 def _rails(vehicle: Any, u: Sequence[Scalar]) -> list[Rail]:

@@ -71,6 +71,9 @@ class Assembly:
     wheelbase_curving : float or str
         1 where bodies at different places along the track see it turn between them on a curve, 0 where
         they do not (as in the paper).
+    shifting_loads : bool
+        True where vertical forces act where bodies have moved to: what moves aside or leans then bears
+        more on that side. False where they act at the places of rest (as in the paper).
     provenance : str
         Where the numbers come from.
     actuators : sequence of YawActuator and LateralActuator, optional
@@ -101,6 +104,7 @@ class Assembly:
     parameters: Mapping[str, float] = dataclasses.field(default_factory=dict)
     gravity: Number = GRAVITY
     wheelbase_curving: Number = 1.0
+    shifting_loads: bool = False
     provenance: str = ""
     actuators: tuple[YawActuator, ...] = ()
     sensors: Sensors | None = None
@@ -118,6 +122,10 @@ class Assembly:
         given = checks.mapping("parameters", self.parameters)
         numbers = {name: checks.number(name, value) for name, value in given.items()}
         object.__setattr__(self, "parameters", numbers)
+        if not isinstance(self.shifting_loads, bool):
+            raise ParameterError(
+                f"shifting_loads is {shown(self.shifting_loads)}; it must be true or false"
+            )
         self._check_structure()
         self._check_equipment()
         self.check(self.values)
@@ -375,7 +383,8 @@ class Assembly:
             for part in self.parts
             for role, (_, numbered) in part.groups().items()
         ]
-        text = json.dumps([parts, self._own, list(self.values), self._table_names])
+        plain = [self._own, self.shifting_loads]
+        text = json.dumps([parts, plain, list(self.values), self._table_names])
         return hashlib.sha256(text.encode()).hexdigest()
 
     def with_numbers(self, values: Values) -> SimpleNamespace:
@@ -392,6 +401,7 @@ class Assembly:
             coordinates=self.coordinates,
             gravity=gravity,
             wheelbase_curving=evaluate(self._own["wheelbase_curving"], values),
+            shifting_loads=self.shifting_loads,
             sites={b.name: self._site(b.name, values) for b in self.bodies},
             rail_level=wheelsets[0].z - wheelsets[0].wheel_radius if wheelsets else 0,
         )

@@ -34,6 +34,10 @@ PLAIN: dict[str, tuple[str, str]] = {
         "1",
         "1: bodies at different places see the track turn between them on a curve; 0: they do not",
     ),
+    "shifting_loads": (
+        "",
+        "true: vertical forces act where bodies have moved to; false: at their places of rest",
+    ),
     "parameters": ("", "numbers that several fields share, by names of your choice"),
 }
 """Unit and meaning of what a file says of the vehicle as a whole."""

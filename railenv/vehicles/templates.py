@@ -33,7 +33,7 @@ def data_of(name: str, groups: Collection[str]) -> Data:
                 data[key] = tables
         else:
             data[key] = value
-    return under_body(data) if BODY in groups else data
+    return {**under_body(data), "shifting_loads": True} if BODY in groups else data
 
 
 def _chosen(table: Mapping[str, Any], groups: Collection[str]) -> Data:

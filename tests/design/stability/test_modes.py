@@ -81,15 +81,17 @@ WAYS = ("longitudinal", "lateral", "vertical")
 
 
 def test_body_sways_about_the_axes_of_its_two_degrees_of_freedom(stiff):
-    """Lateral motion and roll on springs below the centre of mass.
+    """Lateral motion and roll on springs below the centre of mass, which bear the weight.
 
-    Forces act at the arms of the body at rest, as in all of the equations (small angles). So the weight
-    has no moment about the springs when the body rolls: the term ``-mass * gravity * height``, by which
-    the true roll stiffness is smaller, is not in the closed form that holds.
+    The weight stands on the springs through their middle: half of its couple with the shift of their
+    tops tilts the body, and the body falls over its own height.
     """
     v, h = VEHICLE, VEHICLE.body_height - VEHICLE.frame_height
     k_y, k_z = ALL * v.secondary_lateral_stiffness, ALL * v.secondary_vertical_stiffness
-    stiffness = np.array([[k_y, k_y * h], [k_y * h, k_z * v.secondary_arm**2 + k_y * h**2]])
+    weight = v.body_mass * v.gravity
+    of_tops = np.array([[k_y, weight / 2.0], [weight / 2.0, k_z * v.secondary_arm**2 - weight * h]])
+    tops = np.array([[1.0, h], [0.0, 1.0]])  # how far the springs' tops move with the body
+    stiffness = tops.T @ of_tops @ tops
     squared, shapes = eigh(stiffness, np.diag([v.body_mass, v.body_roll_inertia]))
     for i, name in enumerate(("body lower sway", "body upper sway")):
         assert stiff[name].frequency == pytest.approx(hertz(squared[i]), rel=0.02)

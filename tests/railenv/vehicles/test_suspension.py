@@ -25,9 +25,9 @@ def element_forces(assembly, chosen, q, dq, run=TANGENT):
     moving = motions([*q, *dq], assembly.coordinates)
     acting = {body.name: [Wrench()] for body in assembly.bodies}
     for e in filter(chosen, assembly.elements):
-        arm_a, arm_b, seen = seen_by(assembly, e, moving, run)
+        a, b, seen = seen_by(assembly, e, moving, run)
         on_a, _ = e.law(e, seen, [0.0] * e.n_states, [0.0])
-        for name, arm, wrench in zip(e.between, (arm_a, arm_b), (on_a, opposite(on_a)), strict=True):
+        for name, arm, wrench in zip(e.between, (a.arm, b.arm), (on_a, opposite(on_a)), strict=True):
             if name != "ground":
                 acting[name].append(at_centre(arm, wrench))
     fields = dict(zip(("y", "z", "phi", "theta", "psi"), Wrench._fields[1:], strict=True))
