@@ -281,7 +281,7 @@ def _function(
     stages.append(_loop(printer, every, values, rows, where))
     constants = [f"{k} = real({value!r})" for value, k in printer.constants.items()]
     body = [line for stage in stages for line in stage]
-    text = [f"    {line}" for line in (*constants, *body)]
+    text = [f"    {line}" for line in (*constants, "rows = _rows(w)", *body)]
     return "\n".join(["", "@jit", f"def {name}(w, t):", *text, ""])
 
 
@@ -296,11 +296,13 @@ def _loop(
     kept = needed(assignments, values)
     body = [f"{symbol} = {printer.doprint(value)}" for symbol, value in kept]
     results = list(zip(rows, values, strict=True))
-    stores = [f"w[{row}*L + lane] = {printer.doprint(value)}" for row, value in results]
+    stores = [f"_write(rows, {row}*L + lane, {printer.doprint(value)})" for row, value in results]
     used = {s for _, value in (*kept, *results) for s in value.free_symbols}
     for table in {e.args[0] for _, v in (*kept, *results) for e in v.atoms(TableValue, _Cell)}:
         used |= {sympy.Symbol(name) for name in names_of(str(table))}
-    loads = [f"{symbol} = w[{row}*L + lane]" for symbol, row in where.items() if symbol in used]
+    loads = [
+        f"{symbol} = _read(rows, {row}*L + lane)" for symbol, row in where.items() if symbol in used
+    ]
     return ["for lane in range(L):", *(f"    {line}" for line in (*loads, *body, *stores) or ("pass",))]
 
 
