@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 import gymnasium as gym
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from railenv.envs.fleet import BOUND, REASONS, Fleet, broadcast_options
 from railenv.envs.metrics import episode_metrics
-from railenv.envs.settings import Settings, settings
+from railenv.envs.settings import Plant, Settings, settings
 from railenv.envs.showing import Recorder
 from railenv.errors import ParameterError, shown
 
@@ -61,10 +61,10 @@ class History:
 
 
 class HuntingEnv(gym.Env[NDArray[np.float32], Any]):
-    """Base of the environments of one vehicle; see :class:`BogieEnv` and :class:`DualWheelsetEnv`."""
+    """Base of the environments of one vehicle: a bogie, two wheelsets or a whole coach."""
 
     metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": 50}
-    plant: ClassVar[Literal["bogie", "dual_wheelset"]]
+    plant: ClassVar[Plant]
 
     def __init__(self, render_mode: str | None = None, **keywords: Any) -> None:
         self.settings: Settings = settings(self.plant, keywords)
@@ -271,3 +271,9 @@ class DualWheelsetEnv(HuntingEnv):
     """
 
     plant = "dual_wheelset"
+
+
+class CoachEnv(HuntingEnv):
+    """A whole coach."""
+
+    plant = "coach"

@@ -21,8 +21,9 @@ def _positive(symbol: str, unit: str, meaning: str, **bounds: float) -> Any:
 class Actuator(ParameterRecord):
     """Actuated damper: a limit, a lag and a delay; as a yaw damper two longitudinal actuators.
 
-    Limits of a lateral actuator are in N instead of N m. ``Actuator.secondary()`` and
-    ``Actuator.primary()`` have realistic numbers; change them with ``replace``.
+    Limits of a lateral actuator are in N instead of N m. ``Actuator.secondary()``,
+    ``Actuator.primary()`` and ``Actuator.lateral()`` have realistic numbers; change them with
+    ``replace``.
 
     Raises
     ------
@@ -71,6 +72,20 @@ class Actuator(ParameterRecord):
             parallel_force_limit=9.8e3,
         )
 
+    @classmethod
+    def lateral(cls) -> Self:
+        """Return two lateral actuators of 10 kN between bogie frame and vehicle body."""
+        return cls(
+            limit=20e3,
+            bandwidth=20.0,
+            damping=0.7,
+            delay=0.010,
+            rate_limit=1e300,
+            arm=1.0,
+            parallel_damping=0.0,
+            parallel_force_limit=9.8e3,
+        )
+
     def parameters(self) -> dict[str, float]:
         """Return what the equations of motion read; the delay lies before them."""
         return {
@@ -86,7 +101,7 @@ class Actuator(ParameterRecord):
 
 @dataclass(frozen=True, kw_only=True)
 class Sensors(ParameterRecord):
-    """Lateral accelerometer and yaw gyro on a body: the frame, unless :class:`Equipped` is told others.
+    """Lateral accelerometer and yaw gyro on a body: frames and body, or what :class:`Equipped` is told.
 
     Raises
     ------
