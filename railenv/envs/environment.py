@@ -188,8 +188,8 @@ class BogieEnv(HuntingEnv):
     ## Action Space
 
     ``Box(-1, 1, (n,), float32)``: commanded moment of each actuator as a share of its limit. One for
-    ``actuator="secondary"`` (26 kN m), two for ``"primary"`` (5 kN m at each wheelset). ``Discrete(1)``
-    for ``"none"``.
+    ``actuator="secondary"`` (26 kN m), two for ``"primary"`` (5 kN m at each wheelset). One lateral
+    force between frame and vehicle body for ``"lateral"`` (20 kN). ``Discrete(1)`` for ``"none"``.
 
     ## Observation Space
 

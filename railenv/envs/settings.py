@@ -53,7 +53,7 @@ class RewardWeights:
     ride : float
         Lateral acceleration of the sensed body above the frames, or else of the sensed bodies.
     effort : float
-        Mean squared moment, as a share of the limit.
+        Mean squared moment or force, as a share of the limit.
     derailment : float
         Taken off once, at a derailment.
     """

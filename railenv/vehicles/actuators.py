@@ -31,12 +31,12 @@ class Actuator(ParameterRecord):
         If a value is out of range; the message names field, value and range.
     """
 
-    limit: float = _positive("M_max", "N m", "largest moment")
+    limit: float = _positive("M_max", "N m", "largest moment; of a lateral actuator force, N")
     bandwidth: float = _positive("f_a", "Hz", "natural frequency of the second-order lag")
     damping: float = _positive("zeta_a", "1", "damping ratio of the lag", high=10.0)
     delay: float = quantity("T_d", "s", "transport delay", _SOURCE, low=0.0, high=1.0)
     rate_limit: float = quantity(
-        "dM_max", "N m/s", "largest rate of moment; 1e300 is none", _SOURCE, low=0.0, open_low=True
+        "dM_max", "N m/s", "largest rate of moment (or force); 1e300 is none", _SOURCE, low=0.0, open_low=True
     )
     arm: float = _positive("b_a", "m", "lateral arm of the dampers in parallel")
     parallel_damping: float = quantity(
