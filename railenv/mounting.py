@@ -199,7 +199,7 @@ def carried(plant: Model) -> list[str]:
 
 
 def sensed_bodies(plant: Model, given: Sequence[str] | None) -> tuple[str, ...]:
-    """Return the bodies that carry sensors: those given, or frames and what they carry, or wheelsets."""
+    """Return the bodies with sensors: those given, or frames and what they carry, or wheelsets."""
     if given is None:
         usual = [*frames(plant), *carried(plant)]
         return tuple(usual or _wheelsets(plant) or plant.body_names)

@@ -292,8 +292,8 @@ class CoachEnv(HuntingEnv):
     ``Box(-1, 1, (n,), float32)``: commanded moment or force of each actuator as a share of its limit.
     ``actuator="secondary"``: two yaw moments (26 kN m), on each frame against the body.
     ``"lateral"``: two lateral forces (20 kN) at the secondary springs, on each frame against the body.
-    ``"primary"``: four yaw moments (5 kN m), on each wheelset against its frame. ``"both"``: those four,
-    then the two of ``"secondary"``. ``Discrete(1)`` for ``"none"``.
+    ``"primary"``: four yaw moments (5 kN m), on each wheelset against its frame. ``"both"``: those
+    four, then the two of ``"secondary"``. ``Discrete(1)`` for ``"none"``.
 
     ## Observation Space
 
@@ -340,9 +340,9 @@ class CoachEnv(HuntingEnv):
 
     Terminated on derailment only, with the reason in ``info["derailed"]``: for any of the eight wheels
     Nadal's ratio (the mean over 2 m of the wheel's guiding force Y over that of its load Q) above
-    ``nadal_limit``, no load for 2 m, or, on profiles, a climb beyond the steepest part of the flange; or
-    a wheelset more than 30 mm off the track's centre. Truncated after ``duration``. The last ``info``
-    carries ``episode_metrics``.
+    ``nadal_limit``, no load for 2 m, or, on profiles, a climb beyond the steepest part of the flange;
+    or a wheelset more than 30 mm off the track's centre. Truncated after ``duration``. The last
+    ``info`` carries ``episode_metrics``.
 
     ``nadal_limit`` is 0.8, or ``"contact angle"``, as for :class:`BogieEnv`.
 

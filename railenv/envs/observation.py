@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Literal, NamedTuple
 
 from railenv.equilibrium import find_equilibrium
@@ -108,7 +107,7 @@ _OF_UNKNOWN = 10.0
 
 def _sizes_of(model: Equipped) -> dict[str, float]:
     """Return the scales of the states, and of the sensors, of bodies above the frames."""
-    sizes = {}
+    sizes: dict[str, float] = {}
     for body in carried(model.plant):
         motion = model.body_states[body]
         sizes |= {state: _SIZES_ABOVE[kind] for kind, state in motion.items()}
@@ -135,7 +134,7 @@ def _state_rows(model: Equipped) -> list[Reading]:
         value, rate = mount.state_names
         unit = "N m" if mount.acts == "yaw" else "N"
         limits[value], limits[rate] = (unit, float(limit)), (f"{unit}/s", 100.0 * float(limit))
-    sizes: Mapping[str, float] = _sizes_of(model)
+    sizes = _sizes_of(model)
     rests = resting_heights(model)
     rows = []
     for name, scale in zip(model.state_names, model.scale, strict=True):

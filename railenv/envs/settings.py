@@ -294,7 +294,7 @@ class Settings:
     def _law(self) -> ContactLaw | None:
         """The contact law of a vehicle of the environment's kind."""
         plant = self.equipped.plant
-        return plant.vehicle.contact if isinstance(plant, tuple(_MODELS.values())) else None
+        return plant.vehicle.contact if isinstance(plant, (Bogie, DualWheelset, Coach)) else None
 
     @cached_property
     def _of_contact(self) -> tuple[str, ...]:

@@ -36,7 +36,12 @@ class Actuator(ParameterRecord):
     damping: float = _positive("zeta_a", "1", "damping ratio of the lag", high=10.0)
     delay: float = quantity("T_d", "s", "transport delay", _SOURCE, low=0.0, high=1.0)
     rate_limit: float = quantity(
-        "dM_max", "N m/s", "largest rate of moment (or force); 1e300 is none", _SOURCE, low=0.0, open_low=True
+        "dM_max",
+        "N m/s",
+        "largest rate of moment or force; 1e300 is none",
+        _SOURCE,
+        low=0.0,
+        open_low=True,
     )
     arm: float = _positive("b_a", "m", "lateral arm of the dampers in parallel")
     parallel_damping: float = quantity(

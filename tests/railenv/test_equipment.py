@@ -342,7 +342,7 @@ def test_the_same_equations_with_other_bodies_have_kernels_of_their_own():
     assert found == [[3.0, 0.0], [0.0, 3.0]]
 
 
-# ---------------------------------------------------------------- lateral actuators at their usual place
+# ---------------------------------------------------------------- the usual lateral actuators
 
 
 def test_usual_lateral_actuators_stand_at_the_secondary_springs():

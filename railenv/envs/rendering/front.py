@@ -123,8 +123,8 @@ def _draw_above(canvas: Canvas, front: Front, body: int) -> None:
         beam = front.above(front.frame, top, _box(62.0, -9.0, 0.0))
         canvas.polygon(beam, NEUTRAL, RAIL)
     canvas.polygon(front.above(body, height, edge), WHITE, INK, 2.0)
-    sill = [complex(v, w) for v, w in ((-half, 10.0), (half, 10.0))]
-    canvas.line(*front.above(body, height, sill), GHOST, 1.5)
+    left, right = front.above(body, height, [complex(-half, 10.0), complex(half, 10.0)])
+    canvas.line(left, right, GHOST, 1.5)
 
 
 def _draw_spring(canvas: Canvas, start: complex, end: complex) -> None:

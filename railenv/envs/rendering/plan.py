@@ -158,8 +158,9 @@ def _draw_strip(
 def _wheel(plan: Plan, side: float) -> tuple[float, float, float, float]:
     """Return inner edge of flange, outer edge of flange, outer edge of tread, half length."""
     face = plan.gauge - plan.clearance
-    width = 2.0 * plan.clearance + 8.0 * plan.size
-    return side * (face - 6.0 * plan.size), side * face, side * (face + width), plan.scale * plan.scene.wheel_radius
+    width, flange = 2.0 * plan.clearance + 8.0 * plan.size, 6.0 * plan.size
+    half_length = plan.scale * plan.scene.wheel_radius
+    return side * (face - flange), side * face, side * (face + width), half_length
 
 
 def _rectangle(half_length: float, left: float, right: float) -> list[complex]:
