@@ -69,7 +69,6 @@ def _shipped() -> Iterator[Job]:
         (bogie, "primary"),
         (dual, "primary"),
         (coach, "secondary"),
-        (coach, "lateral"),
     ):
         actuated = railenv.Equipped(model, place)  # type: ignore[arg-type]
         yield from _of_model(actuated, lanes=False)
