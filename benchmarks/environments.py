@@ -26,10 +26,15 @@ from railenv.threads import usable_threads
 
 _ROOT = Path(__file__).resolve().parent.parent
 
-SPEEDS = {"railenv/Bogie-v1": (60.0, 100.0), "railenv/DualWheelset-v1": (20.0, 30.0)}  # m/s
+SPEEDS = {  # m/s
+    "railenv/Bogie-v1": (60.0, 100.0),
+    "railenv/DualWheelset-v1": (20.0, 30.0),
+    "railenv/Coach-v1": (60.0, 90.0),
+}
 CARTPOLE = "CartPole-v1"
 ENDLESS = 1e6  # s
-LARGEST_STEP = 20e-6  # s
+LARGEST_STEPS = {"railenv/Coach-v1": 45e-6}  # s
+LARGEST_STEP = 20e-6  # s, of the others
 STEP_CALLS = 20  # with the next, less than a millisecond
 STEP_REPETITIONS = 500
 ENVIRONMENTS, SYNCHRONOUS = 1024, 16
@@ -87,6 +92,7 @@ def _steps() -> Iterator[Row]:
     cartpole /= STEP_CALLS
     for name, step, bare in zip(SPEEDS, times[::2], times[1::2], strict=True):
         each = step / STEP_CALLS
+        largest = LARGEST_STEPS.get(name, LARGEST_STEP)
         yield Row(
             f"env.step of {name}, 5 ms",
             each * 1e6,
@@ -95,8 +101,8 @@ def _steps() -> Iterator[Row]:
             f"{CARTPOLE}, {with_unit(cartpole, 'µs')}; its 5 steps of RK4 alone, "
             f"{with_unit(bare / STEP_CALLS, 'µs')}",
             each / cartpole,
-            f"at most {with_unit(LARGEST_STEP, 'µs')}",
-            each <= LARGEST_STEP,
+            f"at most {with_unit(largest, 'µs')}",
+            each <= largest,
         )
 
 

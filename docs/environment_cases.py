@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import gymnasium
 
 import design
 import railenv
-from railenv.envs.environment import BogieEnv, DualWheelsetEnv, HuntingEnv
+from railenv.envs.environment import BogieEnv, CoachEnv, DualWheelsetEnv, HuntingEnv
 
 
 @dataclass(frozen=True)
@@ -27,20 +28,32 @@ class Case:
         Name of page and picture, without suffix.
     actuators : tuple of str
         Default first.
+    bodies : mapping of str to str
+        What each body is called on the page.
+    actuated : str
+        Where the actuators of the picture are, in its caption.
     model : Model
         Vehicle of the picture.
     speed, radius, cant : float
         Running conditions of the picture: m/s, m, rad.
+    against : {"psi", "dpsi"}
+        What the actions of the picture are against: yaw angle or yaw rate.
+    gain : float
+        Action per rad or rad/s.
     """
 
     kind: type[HuntingEnv]
     title: str
     file: str
     actuators: tuple[str, ...]
+    bodies: Mapping[str, str]
+    actuated: str
     model: railenv.Model
     speed: float
     radius: float
     cant: float
+    against: Literal["psi", "dpsi"] = "psi"
+    gain: float = 300.0
 
     @property
     def id(self) -> str:
@@ -66,7 +79,9 @@ CASES = (
         BogieEnv,
         "Bogie",
         "bogie",
-        ("secondary", "primary", "none"),
+        ("secondary", "primary", "lateral", "none"),
+        {"w1": "leading wheelset", "w2": "trailing wheelset", "b": "bogie frame"},
+        "the bogie frame",
         railenv.Bogie(railenv.HIGH_SPEED_COACH_HOLLOW),
         speed=105.0,
         radius=6500.0,
@@ -77,9 +92,30 @@ CASES = (
         "DualWheelset",
         "dual-wheelset",
         ("primary", "none"),
+        {"w1": "leading wheelset", "w2": "trailing wheelset"},
+        "each wheelset",
         railenv.DualWheelset(railenv.TABLE_1),
         speed=50.0,
         radius=1500.0,
         cant=0.08,
+    ),
+    Case(
+        CoachEnv,
+        "Coach",
+        "coach",
+        ("secondary", "lateral", "primary", "both", "none"),
+        {
+            **{f"w{i}": f"{n} wheelset" for i, n in enumerate(("first", "second", "third", "last"), 1)},
+            "b1": "leading frame",
+            "b2": "trailing frame",
+            "body": "vehicle body",
+        },
+        "each frame",
+        railenv.Coach(railenv.HIGH_SPEED_COACH_HOLLOW),
+        speed=105.0,
+        radius=6500.0,
+        cant=0.0873,
+        against="dpsi",
+        gain=20.0,
     ),
 )

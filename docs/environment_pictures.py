@@ -15,7 +15,6 @@ FRAMES_PER_SECOND = 20
 PICTURE = (640, 400)
 COLOURS = 40
 QUIET = 1.8  # s without action
-GAIN = 300.0  # action per rad
 
 
 def frames(case: Case, quiet: float = QUIET, controlled: float = 1.0) -> list[np.ndarray[Any, Any]]:
@@ -38,14 +37,15 @@ def frames(case: Case, quiet: float = QUIET, controlled: float = 1.0) -> list[np
     )
     fleet = env.fleet
     model = fleet.model
-    yaw = [model.plant.state_names.index(f"psi_{body}") for body in model.equipment.actuated]
+    names = [f"{case.against}_{body}" for body in model.equipment.actuated]
+    yaw = [model.plant.state_names.index(name) for name in names]
     every = round(1.0 / (FRAMES_PER_SECOND * env.settings.control_period))
     pictures = []
     for k in range(env.settings.steps):
         if k % every == 0:
             pictures.append(np.asarray(env.render()))
-        angle = fleet.state(0)[yaw] - fleet.equilibrium(0)[yaw]
-        action = -GAIN * angle * (k * env.settings.control_period >= quiet)
+        turn = fleet.state(0)[yaw] - fleet.equilibrium(0)[yaw]
+        action = -case.gain * turn * (k * env.settings.control_period >= quiet)
         env.step(np.clip(action, -1.0, 1.0))
     env.close()
     return pictures

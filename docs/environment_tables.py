@@ -18,23 +18,27 @@ from railenv.envs.observation import Reading
 from railenv.envs.settings import RewardWeights, Settings
 from railenv.vehicles import describe
 
-_BODIES = {"w1": "leading wheelset", "w2": "trailing wheelset", "b": "bogie frame"}
 _KINDS = {
     "y": "lateral displacement from the track's centre, {}",
     "z": "vertical displacement, {}",
     "phi": "roll angle, {}",
+    "theta": "pitch angle, {}",
     "psi": "yaw angle, {}",
     "dy": "lateral velocity, {}",
     "dz": "vertical velocity, {}",
     "dphi": "roll rate, {}",
+    "dtheta": "pitch rate, {}",
     "dpsi": "yaw rate, {}",
     "T": "moment before the limit, actuator at the {}",
     "dT": "its rate, actuator at the {}",
+    "F": "force before the limit, actuator at the {}",
+    "dF": "its rate, actuator at the {}",
     "accel": "lateral specific force behind the accelerometer's filter, {}",
     "gyro": "yaw rate behind the gyro's filter, {}",
     "accelerometer": "reading of the lateral accelerometer, {}",
     "command": "command {age} control steps ago, actuator at the {}",
 }
+_APPLIED = {"yaw": ("moment about z", "N m"), "lateral": ("lateral force", "N")}
 _OF_THE_RUN = {
     "speed": "speed",
     "cant_deficiency": "cant deficiency, speed^2 curvature / g - cant",
@@ -144,16 +148,20 @@ def actions(case: Case) -> str:
     for actuator in case.actuators:
         env = case.make(actuator=actuator)
         equipped = env.fleet.model
-        for i, body in enumerate(equipped.equipment.actuated):
-            other = "vehicle body" if actuator == "secondary" else "frame"
+        for i, (mount, limit) in enumerate(
+            zip(equipped.equipment.mounts, equipped.limits, strict=True)
+        ):
+            first, second = mount.between
+            held = "frame" if first.startswith("w") else "vehicle body"
+            what, unit = _APPLIED[mount.acts]
             rows.append(
                 (
                     f'`"{actuator}"`',
                     str(i),
-                    f"moment about z on the {_BODIES[body]}, against the {other}",
+                    f"{what} on the {case.bodies[first]}, against the {case.bodies.get(second, held)}",
                     "-1",
                     "1",
-                    f"{number(equipped.actuator.limit)} N m",
+                    f"{number(limit)} {unit}",
                 )
             )
         if not equipped.equipment.actuated:
@@ -161,14 +169,16 @@ def actions(case: Case) -> str:
     return table(("actuator", "num", "action", "min", "max", "1 stands for"), rows, "num min max")
 
 
-def _meaning(name: str) -> str:
+def _meaning(case: Case, reading: Reading) -> str:
+    name = reading.name
     if name in _OF_THE_RUN:
         return _OF_THE_RUN[name]
-    found = re.fullmatch(r"([a-zA-Z]+)_(w1|w2|b)(?:\[-(\d+)\])?", name)
+    found = re.fullmatch(r"([a-zA-Z]+)_(\w+)(?:\[-(\d+)\])?", name)
     assert found is not None, name
     kind, body, age = found.groups()
-    text = _KINDS[kind].format(_BODIES[body], age=age)
-    return text.replace("1 control steps", "1 control step")
+    text = _KINDS[kind].format(case.bodies[body], age=age)
+    rest = f", from where it rests ({number(reading.rest)} m)" if reading.rest else ""
+    return text.replace("1 control steps", "1 control step") + rest
 
 
 def observations(case: Case, observation: str) -> str:
@@ -191,8 +201,8 @@ def observations(case: Case, observation: str) -> str:
         headings = [f'`"{actuator}"`' for actuator in tables]
     rows = []
     for entry in merged:
-        name, unit, scale, _ = entry
-        meaning = _meaning(name)
+        name, unit, scale, *_ = entry
+        meaning = _meaning(case, entry)
         if observation == "sensors":
             meaning = meaning.replace("yaw rate behind the gyro's filter", "reading of the yaw gyro")
         limits = number(-BOUND * scale), number(BOUND * scale)

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import typer
 from environment_cases import CASES, Case
-from environment_pictures import GAIN, QUIET, frames, write_picture
+from environment_pictures import QUIET, frames, write_picture
 from environment_tables import (
     actions,
     keywords,
@@ -31,6 +31,9 @@ import railenv
 from railenv.envs.environment import BogieEnv, HuntingEnv
 from railenv.envs.fleet import BOUND, REASONS
 from railenv.envs.settings import Settings
+
+_AGAINST = {"psi": "the yaw angle of {} about its equilibrium", "dpsi": "the yaw rate of {}"}
+_PER = {"psi": "rad", "dpsi": "rad/s"}
 
 FOLDER = Path(__file__).resolve().parent / "environments"
 
@@ -120,7 +123,8 @@ def _episodes(prose: _Prose, env: HuntingEnv) -> list[str]:
 
 
 def _arguments(case: Case, prose: _Prose, settings: Settings) -> list[str]:
-    actuators = {name: getattr(railenv.Actuator, name)() for name in case.actuators if name != "none"}
+    kinds = [name for name in case.actuators if name not in ("both", "none")]
+    actuators = {name: getattr(railenv.Actuator, name)() for name in kinds}
     return [
         "## Arguments",
         prose.section("Arguments"),
@@ -143,13 +147,12 @@ def _defaults(actuators: Mapping[str, Any]) -> str:
 
 
 def _caption(case: Case) -> str:
-    bodies = "each wheelset" if case.file != "bogie" else "the bogie frame"
     limit = case.critical_speed
     return (
         f"{number(case.speed)} m/s on a curve of {number(case.radius)} m with a cant of "
         f"{number(case.cant)} rad, where the critical speed is {limit:.1f} m/s. For {number(QUIET)} s "
-        f"no action, then a moment against the yaw angle of {bodies} about its equilibrium, "
-        f"{number(GAIN)} times the limit per rad."
+        f"no action, then a moment against {_AGAINST[case.against].format(case.actuated)}, "
+        f"{number(case.gain)} times the limit per {_PER[case.against]}."
     )
 
 

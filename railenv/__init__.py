@@ -175,6 +175,7 @@ def _register() -> None:
     for name, before in (("Bogie", "bogie_v0"), ("DualWheelset", "dual_wheelset_v0")):
         gone = f"railenv.envs.gone:{before}"
         register(f"railenv/{name}-v0", entry_point=gone, vector_entry_point=gone)
+    for name in ("Bogie", "DualWheelset", "Coach"):
         register(
             f"railenv/{name}-v1",
             entry_point=f"railenv.envs.environment:{name}Env",

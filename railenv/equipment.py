@@ -41,19 +41,20 @@ class Equipped(Model):
     ----------
     plant : Model
         Any assembly, such as a Bogie, or equations of your own with ``bodies``.
-    place : {"secondary", "primary", "both", "none"}, optional
-        The usual yaw actuators: between frames and what is above them, between wheelsets and frames,
-        or both. When left out, the actuators that the vehicle's assembly declares, or else
-        "secondary", or "primary" where no frame moves.
+    place : {"secondary", "primary", "both", "lateral", "none"}, optional
+        The usual actuators. Yaw actuators between frames and what is above them, between wheelsets and
+        frames, or both; "lateral": lateral actuators between frames and what is above them, where the
+        springs between them stand. When left out, the actuators that the vehicle's assembly declares,
+        or else "secondary", or "primary" where no frame moves.
     actuator : Actuator, optional
-        Of those; ``Actuator.secondary()`` or ``Actuator.primary()`` when left out.
+        Of those; ``Actuator.secondary()``, ``primary()`` or ``lateral()`` when left out.
     sensors : Sensors, optional
         When left out, those of the assembly, or ``Sensors.standard()``.
     actuators : sequence of YawActuator and LateralActuator, optional
         Instead of a place: any number, between any two bodies. All must have the same delay.
     sensed : sequence of str, optional
-        Bodies that carry sensors; when left out those of the assembly, or the frames, or the wheelsets
-        where no frame moves.
+        Bodies that carry sensors; when left out those of the assembly, or the frames and the bodies
+        that they carry, or the wheelsets where no frame moves.
 
     Raises
     ------
@@ -183,6 +184,8 @@ class Equipped(Model):
             "N_ACTUATORS": len(e.mounts),
             "N_SENSED": len(e.sensed),
             "N_FORCES": len(e.wheelsets),
+            "FELT": tuple(map(e.sensed.index, self.felt)),
+            "WATCHED": tuple(map(e.sensed.index, self.watched)),
             "GUIDED": tuple(
                 (*map(x, (g.y, g.psi, g.dy)), *(x(n) if n else -1 for n in (g.z, g.phi)))
                 for g in self.guided
@@ -230,6 +233,28 @@ class Equipped(Model):
     def sensed(self) -> tuple[str, ...]:
         """Bodies that carry sensors."""
         return self.equipment.sensed
+
+    @property
+    def felt(self) -> tuple[str, ...]:
+        """Sensed bodies whose acceleration is the ride: those above the frames, or else all."""
+        above = mounting.carried(self.plant)
+        return tuple(name for name in self.sensed if name in above) or self.sensed
+
+    @property
+    def watched(self) -> tuple[str, ...]:
+        """Sensed bodies whose acceleration tells of instability: the frames, or else the first one."""
+        frames = mounting.frames(self.plant)
+        return tuple(name for name in self.sensed if name in frames) or self.sensed[:1]
+
+    @property
+    def body_states(self) -> dict[str, dict[str, str]]:
+        """State of each coordinate and rate (``y``, ``dpsi``) of each body that moves."""
+        return self.plant.body_states
+
+    @property
+    def body_places(self) -> dict[str, float]:
+        """Place (m) along the vehicle of each body that moves."""
+        return self.plant.body_places
 
     @property
     def sites(self) -> dict[str, float]:
@@ -301,12 +326,20 @@ class Equipped(Model):
             own = {f: rest.pop(group + f) for f in _own_names(a) if group + f in rest}
             groups[group] = a.replace(**own, delay=changes.get("delay", a.delay))
         rest.pop("delay", None)
-        places = {n: checks.number(n, rest.pop(n, v), unit="m") for n, v in self._places.items()}
+        places = {n: checks.number(n, rest.pop(n), unit="m") for n in self._places if n in rest}
         of_sensors = {f: rest.pop(f) for f in _names(self.sensors) if f in rest}
         model.sensors = self.sensors.replace(**of_sensors)
         model.plant = self.plant.replace(**rest) if rest else self.plant
+        places = {**model._unmoved(self), **places}
         model._equip(self.equipment.mounts, groups, places, self.equipment.sensed)
         return model
+
+    def _unmoved(self, before: Equipped) -> dict[str, float]:
+        """Return where lateral actuators act; those at their usual place follow the vehicle."""
+        if self.place != "lateral":
+            return before._places
+        old, new = (mounting.usual(m.plant, m.place).places for m in (before, self))
+        return {n: new[n] if value == old[n] else value for n, value in before._places.items()}
 
     @property
     def variable_names(self) -> tuple[str, ...]:
@@ -419,12 +452,12 @@ _Mounted = tuple[Sequence[Mount], dict[str, Actuator], dict[str, float]]
 
 
 def _usual(plant: Model, place: str, actuator: Actuator | None) -> _Mounted:
-    """Return the yaw actuators of one of the usual places."""
+    """Return the actuators of one of the usual places."""
     if actuator is not None and not isinstance(actuator, Actuator):
         raise ParameterError(f"actuator is {actuator!r}; it must be a railenv.Actuator")
     chosen = mounting.usual(plant, place)
     groups = {g: actuator or getattr(Actuator, kind)() for g, kind in chosen.groups.items()}
-    return chosen.mounts, groups, {}
+    return chosen.mounts, groups, chosen.places
 
 
 def _mounted(plant: Model, actuators: Sequence[YawActuator]) -> _Mounted:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from types import SimpleNamespace
 from typing import Any, Literal, NamedTuple, get_args
 
 from railenv import checks
@@ -13,18 +14,20 @@ from railenv.model import Model
 from railenv.vehicles.assembly import AssembledEquations, Assembly
 from railenv.vehicles.declared import DeclaredEquations
 
-Place = Literal["none", "secondary", "primary", "both"]
+Place = Literal["none", "secondary", "primary", "both", "lateral"]
 PLACES = get_args(Place)
 
 
 class Mounting(NamedTuple):
     """Actuators at one of the usual places.
 
-    ``groups`` says by prefix which kind of actuator they are, "secondary" or "primary".
+    ``groups`` says by prefix which kind of actuator they are, "secondary", "primary" or "lateral";
+    ``places`` has the numbers that say where lateral ones act (m).
     """
 
     mounts: tuple[Mount, ...]
     groups: dict[str, str]
+    places: dict[str, float]
 
 
 def places(plant: Model) -> list[str]:
@@ -35,12 +38,13 @@ def places(plant: Model) -> list[str]:
         "secondary": secondary,
         "primary": primary,
         "both": primary and secondary,
+        "lateral": bool(_lateral(plant)),
     }
     return [place for place in PLACES if possible[place]]
 
 
 def usual(plant: Model, place: Any) -> Mounting:
-    """Return the yaw actuators of a place.
+    """Return the actuators of a place: lateral ones at "lateral", yaw actuators at the others.
 
     Raises
     ------
@@ -51,6 +55,8 @@ def usual(plant: Model, place: Any) -> Mounting:
     if not isinstance(place, str) or place not in possible:
         allowed = ", ".join(map(repr, possible))
         raise ParameterError(f"place is {shown(place)}; actuators of a {plant.name} are at {allowed}")
+    if place == "lateral":
+        return _lateral_mounting(plant)
     pairs = {"primary": _primary(plant), "secondary": _secondary(plant)}
     wanted = {"both": ("primary", "secondary"), "none": ()}.get(place, (place,))
     mounts, groups = [], {}
@@ -58,7 +64,33 @@ def usual(plant: Model, place: Any) -> Mounting:
         group = f"{kind}_" if place == "both" else ""
         groups[group] = kind
         mounts += [Mount(a, (a, b), "yaw", group) for a, b in pairs[kind]]
-    return Mounting(tuple(mounts), groups or {"": "secondary"})
+    return Mounting(tuple(mounts), groups or {"": "secondary"}, {})
+
+
+def _lateral_mounting(plant: Model) -> Mounting:
+    """Return lateral actuators between each frame and what it carries, where its springs stand."""
+    pairs = _lateral(plant)
+    mounts = tuple(Mount(a, (a, b), "lateral", "") for a, b in pairs)
+    places: dict[str, float] = {}
+    for a, b in pairs:
+        places[f"{a}_x"], places[f"{a}_z"] = _where_joined(plant, a, b)
+    return Mounting(mounts, {"": "lateral"}, places)
+
+
+def _where_joined(plant: Model, first: str, second: str) -> tuple[float, float]:
+    """Return place and height (m) of the first element that joins two bodies, in an assembly.
+
+    In equations of one's own it is the centre of the first body, which their inputs act on.
+    """
+    numbers = SimpleNamespace(**plant.parameters, **plant.tables)
+    x, z = plant.equations.places(numbers)[first]
+    assembly = assembly_of(plant)
+    if assembly is not None:
+        for e in assembly.with_numbers(vars(numbers)).elements:
+            other = next((n for n in e.between if n != first), first)
+            if first in e.between and not e.n_inputs and _moving(plant, other) == second:
+                return float(x if e.x is None else e.x), float(e.z)
+    return float(x), float(z)
 
 
 def first_place(plant: Model) -> Place:
@@ -152,10 +184,25 @@ def _secondary(plant: Model) -> list[tuple[str, str]]:
     return pairs
 
 
+def _lateral(plant: Model) -> list[tuple[str, str]]:
+    """Each frame with what it carries, where lateral forces can act."""
+    if assembly_of(plant) is not None:
+        return _secondary(plant)
+    pushed = {b.name for b in plant.equations.bodies if b.lateral_force}
+    return [(name, GROUND) for name in frames(plant) if name in pushed]
+
+
+def carried(plant: Model) -> list[str]:
+    """Return the bodies that move and are sprung to no wheelset: those above the frames."""
+    below = {*_wheelsets(plant), *frames(plant)}
+    return [name for name in plant.body_names if name not in below]
+
+
 def sensed_bodies(plant: Model, given: Sequence[str] | None) -> tuple[str, ...]:
-    """Return the bodies that carry sensors: those given, the frames, or the wheelsets."""
+    """Return the bodies with sensors: those given, or frames and what they carry, or wheelsets."""
     if given is None:
-        return tuple(frames(plant) or _wheelsets(plant) or plant.body_names)
+        usual = [*frames(plant), *carried(plant)]
+        return tuple(usual or _wheelsets(plant) or plant.body_names)
     if isinstance(given, str):
         raise ParameterError(f"sensed is {given!r}; it must be a sequence of names of bodies")
     names = tuple(given)

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from design.linear.linearization import CONTROL_PERIOD
 from railenv import checks
 from railenv.equipment import Equipped
-from railenv.errors import ParameterError, shown
+from railenv.errors import ParameterError, UnknownNameError, shown
 from railenv.models import Model
 
 Array = NDArray[np.float64]
@@ -280,7 +280,12 @@ def as_feedback(controller: Any, model: Model, period: float | None = None) -> F
         raise ParameterError(
             f"period is {period:g} s, but the controller's own is {feedback.period:g} s; leave it out"
         )
-    checks.known("command", feedback.output_labels, model.input_names)
+    if strange := [name for name in feedback.output_labels if name not in model.input_names]:
+        raise UnknownNameError(
+            f"command of the controller, which is not for the actuators of {model.name}",
+            strange,
+            model.command_names if isinstance(model, Equipped) else model.input_names,
+        )
     a_vehicle = bool(model.body_names) or "gravity" in model.parameters
     conditions = [c for c in CONDITIONS if c != "cant_deficiency" or a_vehicle]
     signals = [*model.state_names, *conditions]

@@ -58,11 +58,18 @@ def warm(
 
 
 def _shipped() -> Iterator[Job]:
-    """Return what the package's own analyses and environments need."""
-    coach, dual = railenv.Bogie(railenv.HIGH_SPEED_COACH), railenv.DualWheelset(railenv.TABLE_1)
-    for model in (coach, dual, railenv.CooperriderBogie()):
+    """Return what the package's own analyses, and environments with their own vehicles, need."""
+    vehicle, dual = railenv.HIGH_SPEED_COACH, railenv.DualWheelset(railenv.TABLE_1)
+    for model in (railenv.Bogie(vehicle), dual, railenv.CooperriderBogie(), railenv.Coach(vehicle)):
         yield from _of_model(model)
-    for model, place in ((coach, "secondary"), (coach, "primary"), (dual, "primary")):
+    hollow = railenv.HIGH_SPEED_COACH_HOLLOW
+    bogie, coach = railenv.Bogie(hollow), railenv.Coach(hollow)
+    for model, place in (
+        (bogie, "secondary"),
+        (bogie, "primary"),
+        (dual, "primary"),
+        (coach, "secondary"),
+    ):
         actuated = railenv.Equipped(model, place)  # type: ignore[arg-type]
         yield from _of_model(actuated, lanes=False)
         yield from _of_environments(actuated)

@@ -1,12 +1,14 @@
 """Gymnasium environments of hunting vehicles; ``gymnasium.make`` and ``make_vec`` make them by name."""
 
-from railenv.envs.environment import BogieEnv, DualWheelsetEnv
+from railenv.envs.environment import BogieEnv, CoachEnv, DualWheelsetEnv
 from railenv.envs.settings import RewardWeights, Settings
-from railenv.envs.vector import BogieVectorEnv, DualWheelsetVectorEnv
+from railenv.envs.vector import BogieVectorEnv, CoachVectorEnv, DualWheelsetVectorEnv
 
 __all__ = [
     "BogieEnv",
     "BogieVectorEnv",
+    "CoachEnv",
+    "CoachVectorEnv",
     "DualWheelsetEnv",
     "DualWheelsetVectorEnv",
     "RewardWeights",

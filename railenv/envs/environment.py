@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 import gymnasium as gym
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from railenv.envs.fleet import BOUND, REASONS, Fleet, broadcast_options
 from railenv.envs.metrics import episode_metrics
-from railenv.envs.settings import Settings, settings
+from railenv.envs.settings import Plant, Settings, settings
 from railenv.envs.showing import Recorder
 from railenv.errors import ParameterError, shown
 
@@ -61,10 +61,10 @@ class History:
 
 
 class HuntingEnv(gym.Env[NDArray[np.float32], Any]):
-    """Base of the environments of one vehicle; see :class:`BogieEnv` and :class:`DualWheelsetEnv`."""
+    """Base of the environments of one vehicle: a bogie, two wheelsets or a whole coach."""
 
     metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": 50}
-    plant: ClassVar[Literal["bogie", "dual_wheelset"]]
+    plant: ClassVar[Plant]
 
     def __init__(self, render_mode: str | None = None, **keywords: Any) -> None:
         self.settings: Settings = settings(self.plant, keywords)
@@ -188,8 +188,8 @@ class BogieEnv(HuntingEnv):
     ## Action Space
 
     ``Box(-1, 1, (n,), float32)``: commanded moment of each actuator as a share of its limit. One for
-    ``actuator="secondary"`` (26 kN m), two for ``"primary"`` (5 kN m at each wheelset). ``Discrete(1)``
-    for ``"none"``.
+    ``actuator="secondary"`` (26 kN m), two for ``"primary"`` (5 kN m at each wheelset). One lateral
+    force between frame and vehicle body for ``"lateral"`` (20 kN). ``Discrete(1)`` for ``"none"``.
 
     ## Observation Space
 
@@ -271,3 +271,94 @@ class DualWheelsetEnv(HuntingEnv):
     """
 
     plant = "dual_wheelset"
+
+
+class CoachEnv(HuntingEnv):
+    """A whole high-speed coach on two bogies, with actuated yaw dampers or lateral actuators.
+
+    ## Description
+
+    A vehicle of 31 degrees of freedom runs at constant speed on tangent or curved track: a body on two
+    bogies, four wheelsets. Above its critical speed (107 m/s on tangent track for the default vehicle,
+    less on curves and on worn wheels) both bogies hunt, and shake the body. The controller commands
+    actuators between the bogies and the body, through a transport delay and the lag of real ones.
+
+    x points forward, y to the left, z up; phi is roll, theta is pitch, psi is yaw. A positive curvature
+    is the curve whose outer rail is the left one. SI units throughout. Wheelsets ``w1`` to ``w4`` and
+    frames ``b1``, ``b2`` are numbered from the front.
+
+    ## Action Space
+
+    ``Box(-1, 1, (n,), float32)``: commanded moment or force of each actuator as a share of its limit.
+    ``actuator="secondary"``: two yaw moments (26 kN m), on each frame against the body.
+    ``"lateral"``: two lateral forces (20 kN) at the secondary springs, on each frame against the body.
+    ``"primary"``: four yaw moments (5 kN m), on each wheelset against its frame. ``"both"``: those
+    four, then the two of ``"secondary"``. ``Discrete(1)`` for ``"none"``.
+
+    ## Observation Space
+
+    ``Box(-10, 10, (m,), float32)``; each entry is divided by its scale and clipped. With
+    ``observation="state"``: all states of vehicle, actuators and sensors, the latest commands,
+    speed, cant deficiency and cant. The body's height counts from where it rests on its springs on
+    tangent track, 0.3 m below where they are unloaded. With ``"sensors"``: accelerometer and gyro of
+    both frames and of the body, with noise, bias and bandwidth, then speed and cant deficiency.
+    ``history=k`` appends the k observations before. ``env.unwrapped.fleet.observation_table`` lists
+    name, unit, scale and rest of every entry.
+
+    ## Reward
+
+    Each step ``-(w_h h + w_e e + w_r r + w_u u)``, and ``-w_d`` on derailment, with
+
+    - hunting ``h = s(H)``, H the mean over the four wheelsets of ``((dy / (V k delta))^2 + ((psi -
+      psi_0) / (k delta))^2) / 2``;
+    - excursion ``e = s(E)``, E the mean over the four wheelsets of ``((y - y_t - y_0) / delta)^2``;
+    - ride ``r = s((a / a_r)^2)``, a the lateral specific force at the body's centre about its steady
+      value, a_r = 0.5 m/s^2, the rms value with which EN 14363 compares the ride of a body;
+    - effort ``u``, the mean squared moment or force as a share of the limit;
+
+    where ``s(x) = x / (1 + x)``, k is the wavenumber of Klingel's kinematic hunting, delta the flange
+    clearance, y_t the rails' displacement, and 0 marks the running equilibrium of the track under the
+    vehicle: the steady offset in a curve costs nothing. With the default weights (0.4, 0.3, 0.2, 0.1;
+    derailment 100) a step's reward lies in (-1, 0], and -100 is added on derailment. Every term, before
+    its weight, is in ``info``.
+
+    Accelerations among the metrics are the body's; the readings of the two standards are those of the
+    running gear: 49 CFR 213.333 of the frame that shakes more, EN 14363 of the four axles.
+
+    ## Starting State
+
+    The running equilibrium, all bodies moved sideways by up to ``initial_offset``. Speed and cant are
+    drawn from their ranges, then the curvature such that cant deficiency stays within
+    ``max_cant_deficiency``; a quarter of the episodes are on tangent track. With ``track="curve"`` each
+    body runs on the curvature and cant of its own place, so that the leading bogie enters the
+    transition first. ``reset(options=...)`` pins ``speed``, ``radius``, ``cant``, ``offset``,
+    ``irregularity_factor``, ``friction``, ``creep_factor``, ``body_mass`` or a number of the vehicle's
+    contact law (``conicity``, ``contact_angle``, ``rail_profile_radius`` of the default's hollow
+    tread); what cannot be raises.
+
+    ## Episode End
+
+    Terminated on derailment only, with the reason in ``info["derailed"]``: for any of the eight wheels
+    Nadal's ratio (the mean over 2 m of the wheel's guiding force Y over that of its load Q) above
+    ``nadal_limit``, no load for 2 m, or, on profiles, a climb beyond the steepest part of the flange;
+    or a wheelset more than 30 mm off the track's centre. Truncated after ``duration``. The last
+    ``info`` carries ``episode_metrics``.
+
+    ``nadal_limit`` is 0.8, or ``"contact angle"``, as for :class:`BogieEnv`.
+
+    ## Arguments
+
+    All fields of :class:`railenv.envs.settings.Settings`, for instance:
+
+    >>> import gymnasium, railenv
+    >>> env = gymnasium.make("railenv/Coach-v1", observation="sensors", actuator="lateral")
+    >>> observation, info = env.reset(seed=1, options={"radius": float("inf")})
+    >>> observation.shape
+    (8,)
+
+    ## Version History
+
+    - v1: first version, with the contact and the reward of Bogie-v1.
+    """
+
+    plant = "coach"

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railenv import checks
+from railenv.assessment.limits import Limits
 from railenv.envs.derailment import flange_tops, nadal_limits
 from railenv.envs.episodes import Episode, draw
 from railenv.envs.metrics import CFR_LIMIT
@@ -26,6 +27,7 @@ from railenv.equations.sensors import specific_force
 from railenv.equilibrium import find_equilibrium
 from railenv.errors import EquilibriumError, ParameterError, shown
 from railenv.kernels import buffers, pool
+from railenv.mounting import carried
 from railenv.threads import usable_threads
 from railenv.vehicles.guided import Guided
 
@@ -44,7 +46,10 @@ REASONS = (
 """Why an episode ended in a derailment, by the kernel's number."""
 
 RIDE_SCALE = CFR_LIMIT
-"""m/s^2, the acceleration at which the ride term is 1/2: the limit of 49 CFR 213.333."""
+"""m/s^2, the acceleration at which the ride term is 1/2: the limit of 49 CFR 213.333 for frames."""
+
+BODY_RIDE_SCALE = Limits().ride_lateral_rms
+"""m/s^2, the same for a body above the frames: the rms value of EN 14363 for its ride."""
 
 THREAD_PAYS_FROM = 128
 """Number of environments that are work enough for a thread, some 0.1 ms.
@@ -110,7 +115,8 @@ class Fleet:
         self._seeds = np.zeros(n, dtype=np.uint64)
         sensors, weights = self.model.sensors, settings.weights
         shares = (weights.hunting, weights.excursion, weights.ride, weights.effort, weights.derailment)
-        self._weights = np.array([*shares, T, RIDE_SCALE])
+        above = set(self.model.felt) & set(carried(self.model.plant))
+        self._weights = np.array([*shares, T, BODY_RIDE_SCALE if above else RIDE_SCALE])
         self._noise = np.array([sensors.accelerometer_noise, sensors.gyro_noise])
         self._tangent_states: dict[Any, Array] = {}
         self._join()
@@ -124,7 +130,7 @@ class Fleet:
 
     @cached_property
     def observation_table(self) -> list[Reading]:
-        """Name, unit, scale and signal of every entry of an observation (without history)."""
+        """Name, unit, scale, signal and rest of every entry of an observation (without history)."""
         settings = self.settings
         return observation_table(self.model, settings.observation, settings.control_period)
 
@@ -137,6 +143,10 @@ class Fleet:
     def _scales(self) -> Array:
         return np.array([reading.scale for reading in self.observation_table])
 
+    @cached_property
+    def _rests(self) -> Array:
+        return np.array([reading.rest for reading in self.observation_table])
+
     def _join(self) -> None:
         """Gather what the kernel reads and writes beside its buffers."""
         self._arrays = (
@@ -145,6 +155,7 @@ class Fleet:
             self._weights,
             self._noise,
             self._scales,
+            self._rests,
             self._seeds,
             self.observations,
             self.terms,
@@ -394,8 +405,8 @@ class Fleet:
         """Signals of one environment's last seconds, oldest first, shape (samples, RING_SIGNALS).
 
         Lateral displacement of each wheelset from the equilibrium (m), sum of guiding forces of each
-        axle whose forces are known (N), specific force of the first sensed body from the steady one
-        (m/s^2).
+        axle whose forces are known (N), specific force of each body of :attr:`railenv.Equipped.watched`
+        from the steady one (m/s^2).
         """
         steps, ring = int(self.steps[i]), self._ring[i]
         if steps < len(ring):

@@ -70,13 +70,14 @@ def episode_metrics(fleet: Fleet, i: int) -> dict[str, float]:
     """
     period = fleet.settings.control_period
     recent, n = fleet.recent(i), len(fleet.model.guided)
+    _, guiding, forces = np.split(recent, [n, n + len(fleet.model.equipment.wheelsets)], axis=1)
     amplitude, frequency = amplitude_and_frequency(recent[:, 0], period)
     return {
         "hunting_amplitude": amplitude,
         "hunting_frequency": frequency,
         **fleet.totals(i),
-        "cfr_213_333": _cfr(recent[:, -1], period),
-        "en_14363": _en(fleet, i, recent[:, n:-1], frequency, period),
+        "cfr_213_333": max((_cfr(force, period) for force in forces.T), default=0.0),
+        "en_14363": _en(fleet, i, guiding, frequency, period),
     }
 
 

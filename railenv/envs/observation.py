@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from typing import Literal, NamedTuple
 
+from railenv.equilibrium import find_equilibrium
 from railenv.equipment import Equipped
+from railenv.mounting import carried
 
 Observation = Literal["state", "sensors"]
 
@@ -24,12 +26,15 @@ class Reading(NamedTuple):
         What the quantity is divided by: its size in strong hunting.
     signal : str
         The same quantity (without noise) among the signals of :mod:`design.loop.feedback`.
+    rest : float
+        What is taken off before: the height at which a body above the frames rests on its springs.
     """
 
     name: str
     unit: str
     scale: float
     signal: str
+    rest: float = 0.0
 
 
 def delay_slots(delay: float, control_period: float) -> int:
@@ -60,10 +65,12 @@ def observation_table(
                 name = f"{command}[-{age}]"
                 rows.append(Reading(name, unit, float(limit), name))
     else:
+        sizes = _sizes_of(model)
         for body in model.sensed:
+            accel, gyro = f"accel_{body}", f"gyro_{body}"
             rows += [
-                Reading(f"accelerometer_{body}", "m/s^2", _SIZES["accel"], f"accel_{body}"),
-                Reading(f"gyro_{body}", "rad/s", _SIZES["gyro"], f"gyro_{body}"),
+                Reading(f"accelerometer_{body}", "m/s^2", sizes.get(accel, _SIZES["accel"]), accel),
+                Reading(gyro, "rad/s", sizes.get(gyro, _SIZES["gyro"]), gyro),
             ]
     rows += [
         Reading("speed", "m/s", 100.0, "speed"),
@@ -85,8 +92,39 @@ _SIZES = {
     "accel": 5.0, "gyro": 0.2,
 }  # fmt: skip
 
+_SIZES_ABOVE = {
+    "y": 0.05, "z": 0.02, "phi": 0.02, "theta": 0.002, "psi": 0.002,
+    "dy": 0.1, "dz": 0.1, "dphi": 0.05, "dtheta": 0.01, "dpsi": 0.02,
+    "accel": 1.0, "gyro": 0.05,
+}  # fmt: skip
+"""Of bodies above the frames, which the secondary suspension keeps calm."""
+
+_ANY_SPEED = 5.0  # m/s; how a vehicle stands on tangent track does not depend on it
+
 _OF_UNKNOWN = 10.0
 """Scale of a state whose name tells nothing, in typical magnitudes of it."""
+
+
+def _sizes_of(model: Equipped) -> dict[str, float]:
+    """Return the scales of the states, and of the sensors, of bodies above the frames."""
+    sizes: dict[str, float] = {}
+    for body in carried(model.plant):
+        motion = model.body_states[body]
+        sizes |= {state: _SIZES_ABOVE[kind] for kind, state in motion.items()}
+        sizes |= {f"{kind}_{body}": _SIZES_ABOVE[kind] for kind in ("accel", "gyro")}
+    return sizes
+
+
+def resting_heights(model: Equipped) -> dict[str, float]:
+    """Return where (m) the heights of bodies above the frames are at rest on tangent track.
+
+    They settle on two levels of springs, much further than they move about that.
+    """
+    heights = [model.body_states[b]["z"] for b in carried(model.plant) if "z" in model.body_states[b]]
+    if not heights:
+        return {}
+    state = find_equilibrium(model.plant, speed=_ANY_SPEED).state
+    return {name: float(state[model.plant.state_names.index(name)]) for name in heights}
 
 
 def _state_rows(model: Equipped) -> list[Reading]:
@@ -96,6 +134,8 @@ def _state_rows(model: Equipped) -> list[Reading]:
         value, rate = mount.state_names
         unit = "N m" if mount.acts == "yaw" else "N"
         limits[value], limits[rate] = (unit, float(limit)), (f"{unit}/s", 100.0 * float(limit))
+    sizes = _sizes_of(model)
+    rests = resting_heights(model)
     rows = []
     for name, scale in zip(model.state_names, model.scale, strict=True):
         kind = name.split("_", maxsplit=1)[0]
@@ -103,7 +143,8 @@ def _state_rows(model: Equipped) -> list[Reading]:
             rows.append(Reading(name, *limits[name], name))
         elif kind in _SIZES:
             unit = _UNITS[kind] if kind in _UNITS else f"{_UNITS[kind[1:]]}/s"
-            rows.append(Reading(name, unit, _SIZES[kind], name))
+            size = sizes.get(name, _SIZES[kind])
+            rows.append(Reading(name, unit, size, name, rests.get(name, 0.0)))
         else:
             rows.append(Reading(name, "", _OF_UNKNOWN * float(scale), name))
     return rows

@@ -20,12 +20,14 @@ from railenv.equipment import PLACES, Actuator, Equipped, Place, Sensors
 from railenv.errors import ParameterError, shown
 from railenv.irregularity import SPACING, Level, Line, given
 from railenv.model import Model
-from railenv.models import Assembled, Bogie, DualWheelset
+from railenv.models import Assembled, Bogie, Coach, DualWheelset
 from railenv.vehicles import HIGH_SPEED_COACH_HOLLOW, TABLE_1, Vehicle
 from railenv.vehicles.assembly import Assembly
 from railenv.vehicles.vehicle import preset
 
 TrackPlan = Literal["constant", "curve"]
+
+Plant = Literal["bogie", "dual_wheelset", "coach"]
 
 LOWEST_SPEED = 5.0
 """m/s, below which no episode runs: the window of Nadal's criterion could not hold 2 m of track."""
@@ -49,9 +51,9 @@ class RewardWeights:
     excursion : float
         Lateral excursion of the wheelsets from it.
     ride : float
-        Lateral acceleration of the sensed body.
+        Lateral acceleration of the sensed body above the frames, or else of the sensed bodies.
     effort : float
-        Mean squared moment, as a share of the limit.
+        Mean squared moment or force, as a share of the limit.
     derailment : float
         Taken off once, at a derailment.
     """
@@ -73,7 +75,7 @@ class Settings:
 
     Attributes
     ----------
-    plant : {"bogie", "dual_wheelset"}
+    plant : {"bogie", "dual_wheelset", "coach"}
         Set by the environment's id.
     vehicle : Vehicle, Assembly or str
         Or the name of a shipped vehicle (``"HIGH_SPEED_COACH_S1002"``). An assembly is a vehicle of its
@@ -84,9 +86,9 @@ class Settings:
     model : Model, optional
         Instead of a vehicle: any model that says what its bodies are, or a :class:`railenv.Equipped`
         with its own actuators and sensors.
-    actuator : {"secondary", "primary", "both", "none"}, optional
-        Where the yaw actuators are; None: those of the assembly or model, as of
-        :class:`railenv.Equipped`, which is the default with one.
+    actuator : {"secondary", "primary", "both", "lateral", "none"}, optional
+        Where the yaw actuators are, or lateral ones between frames and body; None: those of the
+        assembly or model, as of :class:`railenv.Equipped`, which is the default with one.
     actuator_model : Actuator, optional
         Their limits and lag; realistic ones for their place when left out.
     sensors : Sensors, optional
@@ -128,7 +130,7 @@ class Settings:
         m/s, shown by the renderer.
     """
 
-    plant: Literal["bogie", "dual_wheelset"]
+    plant: Plant
     vehicle: Vehicle | Assembly
     contact: ContactLaw | None = None
     model: Model | None = None
@@ -285,14 +287,14 @@ class Settings:
         elif isinstance(self.vehicle, Assembly):
             plant = Assembled(self.vehicle)
         else:
-            plant = (Bogie if self.plant == "bogie" else DualWheelset)(self.vehicle)
+            plant = _MODELS[self.plant](self.vehicle)
         return Equipped(plant, self.actuator, self.actuator_model, self.sensors)
 
     @property
     def _law(self) -> ContactLaw | None:
         """The contact law of a vehicle of the environment's kind."""
         plant = self.equipped.plant
-        return plant.vehicle.contact if isinstance(plant, (Bogie, DualWheelset)) else None
+        return plant.vehicle.contact if isinstance(plant, (Bogie, DualWheelset, Coach)) else None
 
     @cached_property
     def _of_contact(self) -> tuple[str, ...]:
@@ -324,6 +326,12 @@ _STRAIGHT = Line(np.zeros(2), np.zeros(2), np.zeros(2), SPACING)
 _LONGEST_HISTORY = 10_000
 _MOST_STEPS = 10**9
 
+_MODELS: Mapping[Plant, type[Bogie | DualWheelset | Coach]] = {
+    "bogie": Bogie,
+    "dual_wheelset": DualWheelset,
+    "coach": Coach,
+}
+
 _DEFAULTS: Mapping[str, Mapping[str, Any]] = {
     "bogie": {
         "vehicle": HIGH_SPEED_COACH_HOLLOW,
@@ -335,10 +343,15 @@ _DEFAULTS: Mapping[str, Mapping[str, Any]] = {
         "actuator": "primary",
         "speed_range": (20.0, 60.0),
     },
+    "coach": {
+        "vehicle": HIGH_SPEED_COACH_HOLLOW,
+        "actuator": "secondary",
+        "speed_range": (60.0, 150.0),
+    },
 }
 
 
-def settings(plant: Literal["bogie", "dual_wheelset"], keywords: Mapping[str, Any]) -> Settings:
+def settings(plant: Plant, keywords: Mapping[str, Any]) -> Settings:
     """Return the settings of an environment, its id's defaults changed by some keywords.
 
     Raises

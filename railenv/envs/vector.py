@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 from collections.abc import Sequence
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 import gymnasium as gym
 import numpy as np
@@ -18,7 +18,7 @@ from railenv import checks
 from railenv.envs.environment import TERM_NAMES, History, action_space, numbers_of, observation_space
 from railenv.envs.fleet import REASONS, Fleet, broadcast_options
 from railenv.envs.metrics import episode_metrics
-from railenv.envs.settings import Settings, settings
+from railenv.envs.settings import Plant, Settings, settings
 from railenv.envs.showing import Recorder
 from railenv.errors import ParameterError, shown
 from railenv.kernels import loader
@@ -52,7 +52,7 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
         "render_fps": 50,
         "autoreset_mode": AutoresetMode.NEXT_STEP,
     }
-    plant: ClassVar[Literal["bogie", "dual_wheelset"]]
+    plant: ClassVar[Plant]
 
     def __init__(
         self,
@@ -336,3 +336,9 @@ class DualWheelsetVectorEnv(HuntingVectorEnv):
     """Many dual wheelsets; see :class:`railenv.envs.environment.DualWheelsetEnv`."""
 
     plant = "dual_wheelset"
+
+
+class CoachVectorEnv(HuntingVectorEnv):
+    """Many coaches; see :class:`railenv.envs.environment.CoachEnv`."""
+
+    plant = "coach"

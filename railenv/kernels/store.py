@@ -28,6 +28,7 @@ _WRITERS = (
     "railenv.kernels.source",
     "railenv.equipment",
     "railenv.models",
+    "railenv.mounting",
     "railenv.vehicles.assembly",
     "railenv.vehicles.declared",
     "railenv.vehicles.elements",

@@ -21,8 +21,9 @@ def _positive(symbol: str, unit: str, meaning: str, **bounds: float) -> Any:
 class Actuator(ParameterRecord):
     """Actuated damper: a limit, a lag and a delay; as a yaw damper two longitudinal actuators.
 
-    Limits of a lateral actuator are in N instead of N m. ``Actuator.secondary()`` and
-    ``Actuator.primary()`` have realistic numbers; change them with ``replace``.
+    Limits of a lateral actuator are in N instead of N m. ``Actuator.secondary()``,
+    ``Actuator.primary()`` and ``Actuator.lateral()`` have realistic numbers; change them with
+    ``replace``.
 
     Raises
     ------
@@ -30,12 +31,17 @@ class Actuator(ParameterRecord):
         If a value is out of range; the message names field, value and range.
     """
 
-    limit: float = _positive("M_max", "N m", "largest moment")
+    limit: float = _positive("M_max", "N m", "largest moment; of a lateral actuator force, N")
     bandwidth: float = _positive("f_a", "Hz", "natural frequency of the second-order lag")
     damping: float = _positive("zeta_a", "1", "damping ratio of the lag", high=10.0)
     delay: float = quantity("T_d", "s", "transport delay", _SOURCE, low=0.0, high=1.0)
     rate_limit: float = quantity(
-        "dM_max", "N m/s", "largest rate of moment; 1e300 is none", _SOURCE, low=0.0, open_low=True
+        "dM_max",
+        "N m/s",
+        "largest rate of moment or force; 1e300 is none",
+        _SOURCE,
+        low=0.0,
+        open_low=True,
     )
     arm: float = _positive("b_a", "m", "lateral arm of the dampers in parallel")
     parallel_damping: float = quantity(
@@ -71,6 +77,20 @@ class Actuator(ParameterRecord):
             parallel_force_limit=9.8e3,
         )
 
+    @classmethod
+    def lateral(cls) -> Self:
+        """Return two lateral actuators of 10 kN between bogie frame and vehicle body."""
+        return cls(
+            limit=20e3,
+            bandwidth=20.0,
+            damping=0.7,
+            delay=0.010,
+            rate_limit=1e300,
+            arm=1.0,
+            parallel_damping=0.0,
+            parallel_force_limit=9.8e3,
+        )
+
     def parameters(self) -> dict[str, float]:
         """Return what the equations of motion read; the delay lies before them."""
         return {
@@ -86,7 +106,7 @@ class Actuator(ParameterRecord):
 
 @dataclass(frozen=True, kw_only=True)
 class Sensors(ParameterRecord):
-    """Lateral accelerometer and yaw gyro on a body: the frame, unless :class:`Equipped` is told others.
+    """Lateral accelerometer and yaw gyro on a body: frames and body, or what :class:`Equipped` is told.
 
     Raises
     ------

@@ -83,6 +83,13 @@ def test_what_needs_other_actuators_says_what_there_is():
         agents.Rollout(both, agents.shipped("lqg"), [agents.Case(60.0)])
 
 
+def test_a_controller_for_a_bogie_says_that_it_is_not_for_a_coach():
+    whole = railenv.Coach(railenv.HIGH_SPEED_COACH)
+    told = "not for the actuators of coach_secondary: 'command_b'.*allowed are command_b1, command_b2$"
+    with pytest.raises(ParameterError, match=told):
+        agents.evaluate(agents.shipped("lqr"), whole)
+
+
 def test_usual_equipment_of_any_vehicle():
     assert agents.equipped(sprung_wheelset()).command_names == ("command_w",)
     assert agents.equipped(railenv.CooperriderBogie()).command_names == ("command_b",)

@@ -340,3 +340,41 @@ def test_the_same_equations_with_other_bodies_have_kernels_of_their_own():
         x[model.state_names.index("F_w")] = 3.0
         found.append(model.rhs(x, speed=20.0)[2:4].tolist())
     assert found == [[3.0, 0.0], [0.0, 3.0]]
+
+
+# ---------------------------------------------------------------- the usual lateral actuators
+
+
+def test_usual_lateral_actuators_stand_at_the_secondary_springs():
+    usual = railenv.Equipped(COACH, "lateral")
+    v = COACH.vehicle
+    given = railenv.LateralActuator(
+        between=("b", "ground"), actuator=railenv.Actuator.lateral(), z=v.frame_height
+    )
+    own = railenv.Equipped(COACH, actuators=[given])
+    assert usual.parameters == own.parameters
+    assert usual.state_names == own.state_names
+    x, u = random_point(usual, 4)
+    np.testing.assert_array_equal(usual.rhs(x, u, speed=60.0), own.rhs(x, u, speed=60.0))
+    assert usual.limits == [20e3]
+
+
+def test_usual_place_follows_the_vehicle_and_a_given_one_stays():
+    model = railenv.Equipped(COACH, "lateral")
+    assert model.replace(frame_height=0.5).parameters["b_z"] == 0.5
+    moved = model.replace(b_z=0.3)
+    assert moved.replace(frame_height=0.5).parameters["b_z"] == 0.3
+    assert model.replace(friction=0.3).parameters["b_z"] == model.parameters["b_z"]
+
+
+def test_lateral_actuators_need_a_frame_or_an_input_of_ones_own():
+    with pytest.raises(ParameterError, match="'none', 'primary'"):
+        railenv.Equipped(DUAL, "lateral")
+    names = (["y", "dy"], ["F"], lambda x, u, *_: [x[1], u[0] - x[0]], {"k": 1.0})
+    pushed = railenv.MovingBody(name="f", y="y", lateral_force="F", x=2.0)
+    model = railenv.Equipped(railenv.Model("pushed", *names, bodies=[pushed]), "lateral")
+    assert model.command_names == ("command_f",)
+    assert (model.parameters["f_x"], model.parameters["f_z"]) == (2.0, 0.0)
+    still = railenv.Model("still", *names, bodies=[railenv.MovingBody(name="f", y="y")])
+    with pytest.raises(ParameterError, match="actuators of a still are at 'none'"):
+        railenv.Equipped(still, "lateral")

@@ -137,6 +137,72 @@ def test_frames_and_bodies_are_drawn_where_they_are(renderer):
     assert np.ptp(columns) > 400
 
 
+def whole_vehicle(**changes):
+    """Return a scene of a body on two bogies, with its steady shift in a curve, moved from there."""
+    places = (10.2, 7.8, -7.8, -10.2)
+    outlines = (Outline(9.0, 1.2), Outline(-9.0, 1.2), Outline(0.0, 10.2, "body"))
+    steady = np.zeros((7, 4))
+    steady[6, 0], steady[6, 2] = 0.05, -0.02
+    values = {
+        "bodies": steady.copy(),
+        "equilibrium": steady,
+        "rail": np.zeros(4),
+        "wheelsets": places,
+        "outlines": outlines,
+        "half_wheelbase": 10.2,
+        "history": History.empty(1, 4),
+    }
+    return make_scene(**{**values, **changes})
+
+
+def moved(**states):
+    """Return the states of such a scene with some of the body's moved from the steady ones."""
+    bodies = whole_vehicle().bodies.copy()
+    for name, value in states.items():
+        bodies[6, ("y", "z", "phi", "psi").index(name)] += value
+    return bodies
+
+
+def edge_rows(frame):
+    """Return the rows of the body's two long edges, left of the plan's middle."""
+    column = frame[PLAN[0], 200]
+    return np.flatnonzero(column.astype(int).sum(axis=-1) < 200) + PLAN[0].start
+
+
+def test_a_body_is_drawn_larger_in_motion_but_not_in_its_steady_shift(renderer):
+    """A shift of 50 mm would be 1.25 m, drawn 25 times larger."""
+    gauge = 34.0  # pixels of half the gauge, 0.7176 m
+    rows = [edge_rows(renderer.draw(whole_vehicle(bodies=moved(y=y)))).mean() for y in (0.0, 0.01)]
+    middle = 76 + 280 / 2
+    assert middle - rows[0] == pytest.approx(0.05 * gauge / 0.7176, abs=1.0)
+    assert rows[0] - rows[1] == pytest.approx(25 * 0.01 * gauge / 0.7176, abs=1.0)
+
+
+def test_a_body_stands_on_the_chord_between_its_bogies(renderer):
+    """On a bent track the middle of the body is nearer to the inner side than the track there."""
+    scenes = [whole_vehicle(curvature=k) for k in (0.0, 1 / 2000.0)]
+    straight, bent = (edge_rows(renderer.draw(scene)).mean() for scene in scenes)
+    drawn = plan.Plan(scenes[1])
+    drop = (drawn.track(9.0 * drawn.scale, 0.0) - drawn.track(0.0, 0.0)).imag
+    assert drop > 10.0
+    assert bent - straight == pytest.approx(drop, abs=1.5)
+
+
+def test_the_leading_bogie_is_seen_from_the_front_with_frame_and_body(renderer):
+    front = (slice(80, 276), slice(640, 950))
+    still = renderer.draw(whole_vehicle())[front]
+    rolled = renderer.draw(whole_vehicle(bodies=moved(phi=0.004)))[front]
+    top = [np.nonzero((f.astype(int).sum(axis=-1) < 200).any(axis=0))[0] for f in (still, rolled)]
+    assert np.ptp(top[0]) == pytest.approx(168, abs=8)  # 1.4 m to each side
+    assert (still != rolled).any()
+    other = whole_vehicle().bodies.copy()
+    other[5, 0] += 0.01  # the trailing frame is not in this view
+    trailing = renderer.draw(whole_vehicle(bodies=other))[front]
+    np.testing.assert_array_equal(trailing, still)
+    other[4, 0] += 0.01
+    assert (renderer.draw(whole_vehicle(bodies=other))[front] != still).any()
+
+
 def test_two_wheelsets_and_a_frame_are_a_bogie(renderer):
     plain = make_scene()
     told = make_scene(wheelsets=(1.2, -1.2), outlines=(Outline(0.0, 1.2),))

@@ -37,6 +37,7 @@ GROUND_SLOWDOWN = 20.0
 _SLEEPER_SPACING = 0.6
 _BEND_CURVATURE = 5e-4
 _PLAN_HALF_GAUGE = 58.0
+_LEAST_HALF_GAUGE = 34.0  # a longer vehicle is drawn narrower than that, but no less wide
 _PLAN_BEND = 60.0
 
 _Pose = Callable[[Iterable[complex]], list[complex]]
@@ -52,8 +53,9 @@ class Plan:
             _PLAN_HALF_GAUGE / scene.half_gauge,
             0.36 * PLAN_VIEW.width / (scene.half_wheelbase + scene.wheel_radius),
         )
-        self.lateral = self.scale * scene.exaggeration
-        self.gauge = self.scale * scene.half_gauge
+        self.gauge = max(self.scale * scene.half_gauge, _LEAST_HALF_GAUGE)
+        self.lateral = self.gauge / scene.half_gauge * scene.exaggeration
+        self.size = self.gauge / _PLAN_HALF_GAUGE
         self.places = [self.scale * x for x in scene.wheelsets]
         self.clearance = self.lateral * scene.flange_clearance
         self.reach = PLAN_VIEW.width / 2.0
@@ -82,9 +84,19 @@ class Plan:
 
     def pose(self, along: float, y: float, yaw: float) -> _Pose:
         """Return the map from a body's own coordinates to the page."""
-        turn = math.atan(self.scene.exaggeration * yaw)
         centre = complex(self.track(along, self.lateral * y))
-        angle = complex(self.heading(along)) * cmath.exp(1j * turn)
+        return self._turned(centre, complex(self.heading(along)), yaw)
+
+    def pose_on_chord(self, ends: tuple[float, float], y: float, yaw: float) -> _Pose:
+        """Return the same map of a body that stands on two places of a bent track."""
+        first, last = (complex(self.track(along, 0.0)) for along in ends)
+        heading = (last - first).conjugate() / abs(last - first)
+        centre = (first + last) / 2.0 + (1j * heading * self.lateral * y).conjugate()
+        return self._turned(centre, heading, yaw)
+
+    def _turned(self, centre: complex, heading: complex, yaw: float) -> _Pose:
+        """Return the map from the coordinates of a body that yaws from a heading."""
+        angle = heading * cmath.exp(1j * math.atan(self.scene.exaggeration * yaw))
         return lambda points: [centre + (z * angle).conjugate() for z in points]
 
 
@@ -102,7 +114,8 @@ def draw_plan(canvas: Canvas, scene: Scene) -> None:
     for at, i, colour in ends:
         _draw_treads(canvas, plan, at, i, colour)
     for side in (1.0, -1.0):
-        _draw_strip(canvas, plan, along, shift, (side * plan.gauge, side * (plan.gauge + 5.0)), RAIL)
+        foot = side * (plan.gauge + 5.0 * plan.size)
+        _draw_strip(canvas, plan, along, shift, (side * plan.gauge, foot), RAIL)
     for at, i, _ in ends:
         _draw_wheelset_ghost(canvas, plan, at, i)
     for at, i, colour in ends:
@@ -145,8 +158,9 @@ def _draw_strip(
 def _wheel(plan: Plan, side: float) -> tuple[float, float, float, float]:
     """Return inner edge of flange, outer edge of flange, outer edge of tread, half length."""
     face = plan.gauge - plan.clearance
-    width = 2.0 * plan.clearance + 8.0
-    return side * (face - 6.0), side * face, side * (face + width), plan.scale * plan.scene.wheel_radius
+    width, flange = 2.0 * plan.clearance + 8.0 * plan.size, 6.0 * plan.size
+    half_length = plan.scale * plan.scene.wheel_radius
+    return side * (face - flange), side * face, side * (face + width), half_length
 
 
 def _rectangle(half_length: float, left: float, right: float) -> list[complex]:
@@ -174,12 +188,12 @@ def _draw_treads(canvas: Canvas, plan: Plan, at: float, i: int, colour: Colour) 
 
 def _draw_axle(canvas: Canvas, plan: Plan, at: float, i: int, colour: Colour) -> None:
     place = _body_pose(plan, at, i)
-    end = plan.gauge + 1.0 * plan.clearance + 32.0
-    canvas.polygon(place(_rectangle(4.0, -end, end)), mix(colour, 0.8), None)
+    end = plan.gauge + 1.0 * plan.clearance + 32.0 * plan.size
+    canvas.polygon(place(_rectangle(4.0 * plan.size, -end, end)), mix(colour, 0.8), None)
     for side in (1.0, -1.0):
         inner, face, _, half = _wheel(plan, side)
         paint = ALARM if touching(plan.scene, i, side) else colour
-        canvas.polygon(place(_rectangle(half + 5.0, inner, face)), paint)
+        canvas.polygon(place(_rectangle(half + 5.0 * plan.size, inner, face)), paint)
 
 
 def _draw_wheelset_ghost(canvas: Canvas, plan: Plan, at: float, i: int) -> None:
@@ -187,16 +201,16 @@ def _draw_wheelset_ghost(canvas: Canvas, plan: Plan, at: float, i: int) -> None:
     place = plan.pose(at, y, psi)
     for side in (1.0, -1.0):
         inner, _, outer, half = _wheel(plan, side)
-        canvas.polygon(place(_rectangle(half + 5.0, inner, outer)), None, GHOST, 1.5)
+        canvas.polygon(place(_rectangle(half + 5.0 * plan.size, inner, outer)), None, GHOST, 1.5)
 
 
 def _frame_parts(plan: Plan, outline: Outline, grow: float = 0.0) -> list[list[complex]]:
-    beam = plan.gauge + plan.clearance + 18.0
-    half, thick = plan.scale * outline.half_length + 24.0 + grow, 7.0 + grow
+    beam = plan.gauge + plan.clearance + 18.0 * plan.size
+    half, thick = plan.scale * outline.half_length + 24.0 * plan.size + grow, 7.0 * plan.size + grow
     return [
         _rectangle(half, beam - thick, beam + thick),
         _rectangle(half, -beam - thick, -beam + thick),
-        _rectangle(11.0 + grow, -beam, beam),
+        _rectangle(11.0 * plan.size + grow, -beam, beam),
     ]
 
 
@@ -210,16 +224,30 @@ def _draw_frame(canvas: Canvas, plan: Plan, i: int, outline: Outline) -> None:
     for grow, colour in ((1.0, RAIL), (0.0, NEUTRAL)):
         for part in _frame_parts(plan, outline, grow):
             canvas.polygon(place(part), colour)
-    canvas.circle(complex(place([0.0])[0]), 5.0, WHITE, RAIL)
+    canvas.circle(complex(place([0.0])[0]), 5.0 * plan.size, WHITE, RAIL)
 
 
 def _draw_body(canvas: Canvas, plan: Plan, i: int, outline: Outline) -> None:
-    """Draw the edge of a body above the frames, which would hide everything if it were filled."""
-    at, half = plan.scale * outline.x, plan.scale * outline.half_length + 48.0
+    """Draw the edge of a body above the frames, which would hide everything if it were filled.
+
+    It stands on the outermost frames. Its steady shift on its springs is drawn as it is, since
+    that would be metres if it were drawn larger like the motion about it.
+    """
+    half = plan.scale * outline.half_length + 48.0
     edge = _rectangle(half, -2.0 * plan.gauge, 2.0 * plan.gauge)
-    y, _, _, psi = plan.scene.equilibrium[i].tolist()
-    canvas.polygon(plan.pose(at, y, psi)(edge), None, GHOST, 1.5)
-    place = _body_pose(plan, at, i)
+    frames = [plan.scale * o.x for o in plan.scene.outlines if o.kind == "frame"]
+
+    def pose(shift: float, psi: float) -> _Pose:
+        if len(frames) > 1:
+            return plan.pose_on_chord((min(frames), max(frames)), shift, psi)
+        return plan.pose(plan.scale * outline.x, shift, psi)
+
+    scene = plan.scene
+    steady = scene.equilibrium[i].tolist()
+    own_scale = steady[0] / scene.exaggeration
+    canvas.polygon(pose(own_scale, steady[3])(edge), None, GHOST, 1.5)
+    y, _, _, psi = scene.bodies[i].tolist()
+    place = pose(y - steady[0] + own_scale, psi)
     canvas.polygon(place(edge), None, INK, 2.0)
     canvas.circle(complex(place([0.0])[0]), 3.0, INK)
 
@@ -243,7 +271,9 @@ def label_plan(page: Page, scene: Scene) -> None:
     if abs(scene.curvature) >= TANGENT:
         side = 1.0 if scene.curvature > 0.0 else -1.0
         plan = Plan(scene)
-        beside = complex(plan.track(40.0 - plan.reach, side * (plan.gauge + 18.0))).imag
+        wide = any(outline.kind == "body" for outline in scene.outlines)
+        away = (2.0 if wide else 1.0) * plan.gauge + 18.0
+        beside = complex(plan.track(40.0 - plan.reach, side * away)).imag
         page.text("outer rail", complex(PLAN.left + 8, beside - 7), 12, RAIL, bold=True)
 
 
