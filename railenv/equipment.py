@@ -272,16 +272,6 @@ class Equipped(Model):
         return self.plant.body_inertias
 
     @property
-    def body_states(self) -> dict[str, dict[str, str]]:
-        """State of each coordinate and rate (``y``, ``dpsi``) of each body that moves."""
-        return self.plant.body_states
-
-    @property
-    def body_places(self) -> dict[str, float]:
-        """Place (m) along the vehicle of each body that moves."""
-        return self.plant.body_places
-
-    @property
     def guided(self) -> tuple[Guided, ...]:
         """The wheelsets."""
         return self.plant.guided
