@@ -24,15 +24,18 @@ def rows() -> Iterator[Row]:
 
 def _tangent() -> Iterator[Row]:
     models = {
-        "bogie, coach": railenv.Bogie(railenv.HIGH_SPEED_COACH),
-        "bogie, Table 1": railenv.Bogie(railenv.TABLE_1),
-        "dual wheelset, Table 1": railenv.DualWheelset(railenv.TABLE_1),
-        "Cooperrider bogie": railenv.CooperriderBogie(),
+        "bogie, coach": (railenv.Bogie(railenv.HIGH_SPEED_COACH), 0.015),
+        "bogie, Table 1": (railenv.Bogie(railenv.TABLE_1), 0.015),
+        "dual wheelset, Table 1": (railenv.DualWheelset(railenv.TABLE_1), 0.015),
+        "Cooperrider bogie": (railenv.CooperriderBogie(), 0.015),
+        "whole coach": (railenv.Coach(railenv.HIGH_SPEED_COACH), 0.1),
+        "whole coach, Manchester on profiles": (railenv.Coach(railenv.MANCHESTER_1), 0.1),
     }
-    limit, repetitions = 0.015, 25  # s
-    actions: list[Action] = [partial(design.critical_speed, model) for model in models.values()]
+    repetitions = 25
+    actions: list[Action] = [partial(design.critical_speed, model) for model, _ in models.values()]
     times = processor_times(actions, repetitions)
-    for name, (processor, elapsed) in zip(models, times, strict=True):
+    limits = [limit for _, limit in models.values()]  # s
+    for name, limit, (processor, elapsed) in zip(models, limits, times, strict=True):
         yield Row(
             f"critical speed on tangent track, {name}",
             processor * 1e3,

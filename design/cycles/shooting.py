@@ -99,7 +99,8 @@ class Shooting:
         self._w[layout.p : layout.dx], self._t = model.rows()
         self._w[layout.u : layout.c] = setting.inputs
         self._cells = _columns(self._kernels.CELLS)
-        self._parameter_cells = _columns(self._kernels.PARAMETER_CELLS)
+        self._entries = _by_state(self._kernels.CELLS, self.n)
+        self._parameter_entries = _by_state(self._kernels.PARAMETER_CELLS, self.n)
         self._directions = np.zeros((model.n_inputs + 3, 1))
         self._parameter_directions = np.zeros((len(model.parameters), 1))
         self._own = setting.parameter not in CONDITIONS
@@ -141,16 +142,16 @@ class Shooting:
                 self._t,
                 period,
                 mesh,
-                self._cells,
+                self._entries,
                 self._directions,
-                self._parameter_cells,
+                self._parameter_entries,
                 self._parameter_directions,
                 derivatives,
                 states,
             )
         else:
             self._kernels.rk4_sensitivity(
-                self._w, self._t, period, mesh, self._cells, self._directions, derivatives, states
+                self._w, self._t, period, mesh, self._entries, self._directions, derivatives, states
             )
         return Shot(states, derivatives)
 
@@ -178,6 +179,14 @@ class Shooting:
 
 def _columns(cells: tuple[tuple[int, int], ...]) -> NDArray[np.int64]:
     return np.ascontiguousarray(np.array(cells, dtype=np.int64).reshape(-1, 2).T)
+
+
+def _by_state(cells: tuple[tuple[int, int], ...], n: int) -> tuple[NDArray[np.int64], ...]:
+    """Return where the entries of each state's row start, then their columns and places, row by row."""
+    rows, columns = _columns(cells)
+    order = np.lexsort((columns, rows))
+    starts = np.searchsorted(rows[order], np.arange(n + 1)).astype(np.int64)
+    return starts, columns[order], order.astype(np.int64)
 
 
 def steps_for(shooting: Shooting, x: Array, period: float, value: float) -> int:
