@@ -167,8 +167,13 @@ def _description(vehicle: railenv.Vehicle, rows: list[vehicle_records.FieldDescr
         table.add_column(title, no_wrap=True)
     table.add_column("meaning (symbol; source)")
     for row in _numeric(rows):
+        value = getattr(vehicle, row.name)
+        if value is None:
+            continue  # a part that the vehicle lacks
         meaning = f"{row.meaning} ({'; '.join(filter(None, (row.symbol, row.source)))})"
-        table.add_row(row.name, _written(getattr(vehicle, row.name)), row.unit, meaning)
+        if isinstance(value, tuple):
+            meaning += "".join(f"\n{x:g}: {y:g}" for x, y in zip(*value, strict=True))
+        table.add_row(row.name, _short(value), row.unit, meaning)
         if row.name == "contact":
             for f in _own_numbers(vehicle.contact):
                 unit, meaning = f.metadata["unit"], f"{f.metadata['meaning']} (contact)"
