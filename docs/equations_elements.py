@@ -108,8 +108,9 @@ def _lean() -> list[str]:
     """Return the mean lean of both bodies, and the vertical stretch to second order."""
     with sympy.evaluate(False):
         means = _mean_lean("")
-        names = {m: s for m, s in zip(means, _LEAN, strict=True)}
-        rates = {m: s for m, s in zip(_mean_lean("d"), marks(r"\dot~\bar~\phi \dot~\bar~\theta"))}
+        names = dict(zip(means, _LEAN, strict=True))
+        dots = marks(r"\dot~\bar~\phi \dot~\bar~\theta")
+        rates = dict(zip(_mean_lean("d"), dots, strict=True))
     seen = traced(elements.lean, _A, _B, SEEN)
     return [
         *rows(r"\bar \phi ; \bar \theta", means),
@@ -135,7 +136,9 @@ def _where_moved_to() -> list[str]:
     on_a, on_b = traced(elements.where_moved_to, _A, _B, SEEN, WRENCH.force_z)
     found: list[str] = []
     for index, on in (("A", on_a), ("B", on_b)):
-        lefts = " ; ".join(f"{c}_{{{axis}{index}}}" for c in (r"\Delta F", r"\Delta M") for axis in "xy")
+        lefts = " ; ".join(
+            f"{c}_{{{axis}{index}}}" for c in (r"\Delta F", r"\Delta M") for axis in "xy"
+        )
         found += rows(lefts, [on.force_x, on.force_y, on.roll, on.pitch], names)
     return found
 

@@ -262,7 +262,8 @@ def characteristic(
     if odd:
         if px[0] < 0.0 or (px[0] == 0.0 and py[0] != 0.0):
             raise ParameterError(
-                f"{name} starts at ({px[0]:g}, {py[0]:g}); an odd characteristic is given from (0, 0) on"
+                f"{name} starts at ({px[0]:g}, {py[0]:g}); an odd characteristic is given from "
+                "(0, 0) on"
             )
         if px[0] > 0.0:
             px, py = np.concatenate([[0.0], px]), np.concatenate([[0.0], py])

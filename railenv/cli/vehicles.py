@@ -83,8 +83,8 @@ def vehicles(
         out.print(_description(shown[0], rows))
     for v in shown:
         out.print(f"{v.name}: {v.provenance}", markup=False, highlight=False)
-        if told := told(v.contact):
-            out.print(f"contact of {v.name}: {told}", markup=False, highlight=False)
+        if contact := told(v.contact):
+            out.print(f"contact of {v.name}: {contact}", markup=False, highlight=False)
 
 
 def _show_parts(vehicle: Assembly, toml: bool, as_json: bool) -> None:

@@ -79,7 +79,7 @@ def test_critical_speed_of_the_coach_falls_steadily_with_the_radius():
 
 
 def test_coach_turned_by_a_tight_curve_runs_on_its_flange_and_does_not_hunt():
-    """Down to 2500 m the critical speed falls, faster than without the turn; below, the flange holds."""
+    """Down to 2500 m it hunts earlier than without the turn; below, the flange holds it."""
     radii = [10_000, 6250, 4000, 3000, 2000, 1000]
     model = railenv.Bogie(railenv.HIGH_SPEED_COACH)
     sweep = design.curve_sweep(model, radii, cant=CANT)
