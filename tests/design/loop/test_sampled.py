@@ -136,7 +136,7 @@ def test_what_nothing_holds_has_no_equilibrium_under_a_controller():
     """Its Jacobian is singular, as that of a vehicle whose wheels have lifted can be."""
     model = railenv.Model("falling", ["z", "dz"], ["lift"], _falling, {"weight": 9.81})
     law = design.StaticFeedback(lambda _: np.ones(1), lambda _: np.zeros((1, 1)), ["z"], ["lift"])
-    dynamics = SampledDynamics(model, law, period=0.01)
+    dynamics = SampledDynamics(model, law)
     with pytest.raises(EquilibriumError, match="no running equilibrium"):
         dynamics.equilibrium(np.zeros(2), 80.0, 0.0, 0.0)
 
