@@ -94,7 +94,8 @@ def _scalar(steps: int) -> Action:
     layout = kernels.LAYOUT
     w = np.zeros(layout.rows)
     w[layout.c : layout.p] = SPEED, 1.0 / RADIUS, CANT
-    w[layout.p : layout.dx] = list(model.parameters.values())
+    numbers = list(model.parameters.values())
+    w[layout.p : layout.p + len(numbers)] = numbers  # what follows, if anything, is 0
 
     # kernels of commits without tables do not take them
     tables = (model.rows()[1],) if hasattr(model, "rows") else ()

@@ -85,7 +85,8 @@ class _CPrinter(_KernelPrinter):
 
 def graph_of(model: railenv.Model) -> Graph:
     """Trace a model's equations, as its kernels were."""
-    return trace(model.equations, model.state_names, model.input_names, tuple(model.parameters))
+    names = (*model.parameters, *model.site_names)
+    return trace(model.equations, model.state_names, model.input_names, names)
 
 
 def c_source(graph: Graph, layout: Layout, lanes: int) -> str:

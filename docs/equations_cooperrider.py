@@ -64,7 +64,7 @@ def _cooperrider() -> list[str]:
     q = [one.y, one.psi, two.y, two.psi, FRAME.y, FRAME.psi, FRAME.phi]
     dq = [one.dy, one.dpsi, two.dy, two.dpsi, FRAME.dy, FRAME.dpsi, FRAME.dphi]
     u = [sympy.Symbol(name) for name in ("M_{w1}", "M_{w2}", "M_{b}")]
-    found = traced(cooperrider.cooperrider_bogie, [*q, *dq], u, *RUN, p)[7:]
+    found = traced(cooperrider.cooperrider_bogie, [*q, *dq], u, *RUN[:3], p)[7:]
     names: dict[sympy.Expr, sympy.Expr] = {}
     for s, w, i in ((+1, one, "1"), (-1, two, "2")):
         springs = traced(cooperrider.primary, s, w.y, w.psi, FRAME.y, FRAME.psi, FRAME.phi, p)

@@ -11,8 +11,8 @@ from symbols import SIDE, marks
 from written import traced
 
 from railenv.equations import elements, motion
-from railenv.equations.coordinates import Motion, Wrench
-from railenv.equations.elements import Arm, Relative
+from railenv.equations.coordinates import Motion, Running, Wrench
+from railenv.equations.elements import Arm, End, Relative
 
 _AXES = ("x", "y", "z")
 _MOVES = r"x y z \phi \theta \psi"
@@ -23,6 +23,7 @@ SEEN = Relative(
 """What an element sees: displacements and rates."""
 
 WRENCH = Wrench(*marks("F_{x} F_{y} F_{z} M_{x} M_{y} M_{z}"))
+_HEIGHT = sympy.Symbol("h")
 STATE, INPUT = sympy.Symbol("q"), sympy.Symbol("u")
 
 
@@ -38,6 +39,15 @@ def _moving(index: str = "") -> Motion:
 def _arm(index: str = "") -> Arm:
     marked = f"_{{{index}}}" if index else ""
     return Arm(*(sympy.Symbol(f"{c}{marked}") for c in "XYZ"))
+
+
+def _end(index: str) -> End:
+    """Return an end of an element in the body A or B, where the track is that of the body's place."""
+    track = rf"V \kappa_{{{index}}} \phi_{{se{index}}} \kappa'_{{{index}}} \phi'_{{se{index}}}"
+    return End(_arm(index), _moving(index), Running(*marks(track)))
+
+
+_A, _B = _end("A"), _end("B")
 
 
 def _element(**own: Any) -> SimpleNamespace:
@@ -67,17 +77,70 @@ def _attachment() -> list[str]:
 
 
 def _relative() -> list[str]:
-    arms = (_arm("A"), _arm("B"))
-    bodies = (_moving("A"), _moving("B"))
-    ahead = sympy.Symbol(r"\left( s_{B} - s_{A} \right)")
-    curvature = sympy.Symbol(r"c~\kappa".replace("~", " "))
-    seen = traced(elements.relative, *zip(arms, bodies, strict=True), ahead, curvature)
+    seen = traced(elements.relative, _A, _B, _HEIGHT, sympy.Symbol("c"))
     names: dict[Any, Any] = {}
-    for index, arm, body in zip("AB", arms, bodies, strict=True):
-        here, _ = traced(elements.point, arm, body)
+    for index, end in zip("AB", (_A, _B), strict=True):
+        here, _ = traced(elements.point, end.arm, end.motion)
         names |= {u: sympy.Symbol(f"u_{{{c}{index}}}") for u, c in zip(here[:3], _AXES, strict=True)}
-    lefts = r"d_{x} ; d_{y} ; d_{z} ; d_{\phi} ; d_{\theta} ; d_{\psi}"
-    return rows(lefts, seen[:6], names)
+    place, _ = traced(elements.track_between, _A, _B, _HEIGHT)
+    moves = ("x", "y", "z", r"\phi", r"\theta", r"\psi")
+    for moved, c in zip(place, moves, strict=True):
+        if moved != 0:
+            names[moved] = sympy.Symbol(f"t_{{{c}}}")
+    return rows(" ; ".join(f"d_{{{c}}}" for c in moves), seen[:6], names)
+
+
+def _track_between() -> list[str]:
+    place, rate = traced(elements.track_between, _A, _B, _HEIGHT)
+    turn, twist = sympy.Symbol(r"\vartheta"), sympy.Symbol(r"\varphi")
+    found: list[str] = []
+    for parts, dot in ((place, ""), (rate, r"\dot ")):
+        turned, twisted = parts[0].args[0], parts[3]
+        names = {turned: sympy.Symbol(f"{dot}{turn}"), twisted: sympy.Symbol(f"{dot}{twist}")}
+        found += rows(rf"{dot}{turn} ; {dot}{twist}", [turned, twisted])
+        moves = (("x", 0), ("y", 1), ("z", 2), (r"\phi", 3), (r"\psi", 5))
+        lefts = " ; ".join(rf"{dot}t_{{{c}}}" for c, _ in moves)
+        found += rows(lefts, [parts[i] for _, i in moves], names)
+    return found
+
+
+def _lean() -> list[str]:
+    """Return the mean lean of both bodies, and the vertical stretch to second order."""
+    with sympy.evaluate(False):
+        means = _mean_lean("")
+        names = dict(zip(means, _LEAN, strict=True))
+        dots = marks(r"\dot~\bar~\phi \dot~\bar~\theta")
+        rates = dict(zip(_mean_lean("d"), dots, strict=True))
+    seen = traced(elements.lean, _A, _B, SEEN)
+    return [
+        *rows(r"\bar \phi ; \bar \theta", means),
+        *rows(r"d_{z}^{\ast}", [seen.z], names),
+        *rows(r"\dot d_{z}^{\ast}", [seen.dz], names | rates),
+    ]
+
+
+_LEAN = marks(r"\bar~\phi \bar~\theta")
+
+
+def _mean_lean(rate: str) -> tuple[Any, Any]:
+    """Return roll and pitch of the vertical between both bodies, or their rates."""
+    return tuple(
+        getattr(_A.motion, rate + own) + getattr(SEEN, rate + seen) / 2
+        for own, seen in (("phi", "roll"), ("theta", "pitch"))
+    )
+
+
+def _where_moved_to() -> list[str]:
+    with sympy.evaluate(False):
+        names = dict(zip(_mean_lean(""), _LEAN, strict=True))
+    on_a, on_b = traced(elements.where_moved_to, _A, _B, SEEN, WRENCH.force_z)
+    found: list[str] = []
+    for index, on in (("A", on_a), ("B", on_b)):
+        lefts = " ; ".join(
+            f"{c}_{{{axis}{index}}}" for c in (r"\Delta F", r"\Delta M") for axis in "xy"
+        )
+        found += rows(lefts, [on.force_x, on.force_y, on.roll, on.pitch], names)
+    return found
 
 
 def _at_centre() -> list[str]:
@@ -135,6 +198,9 @@ def _laws() -> list[str]:
 BLOCKS = {
     "attachment": Shown((elements.point,), _attachment, BEYOND),
     "relative": Shown((elements.relative, motion.seen_by), _relative, BEYOND),
+    "track between": Shown((elements.track_between,), _track_between, BEYOND),
+    "lean": Shown((elements.lean,), _lean, BEYOND),
+    "where moved to": Shown((elements.where_moved_to,), _where_moved_to, BEYOND),
     "at centre": Shown((elements.at_centre,), _at_centre, BEYOND),
     "spring": Shown((elements.spring,), _spring, "A pair of springs with dampers"),
     "along": Shown((elements.stretch,), _along, "Stretch along an axis"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy
 from equations_shown import BEYOND, Shown, rows
-from equations_vehicles import BOGIE
+from equations_vehicles import BOGIE, HERE
 from symbols import RAIL, RAIL_FORCE, RUN, P, W, like
 from written import latex, traced
 
@@ -57,7 +57,7 @@ def _signals() -> list[str]:
     w = BOGIE.motions["w1"]
     with sympy.evaluate(False):
         y = w.y - rail.align
-    for force, index in zip(traced(contact.rail_forces, w, rail, RUN, body), "LR", strict=True):
+    for force, index in zip(traced(contact.rail_forces, w, rail, HERE, body), "LR", strict=True):
         shown = like(contact.RailForce, RAIL_FORCE, index)
         names |= {force.force_y: shown.force_y, force.force_z: shown.force_z}
         spring = traced(contact.flange_spring, force.side, y, body)

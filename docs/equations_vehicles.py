@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from types import SimpleNamespace
 from typing import Any
 
 import sympy
@@ -26,19 +27,23 @@ from symbols import (
 from written import latex, tidy, traced
 
 from railenv.equations import bodies, contact, elements, loads, motion
-from railenv.equations.coordinates import Rail, Wrench
-from railenv.equations.elements import Arm, Relative
+from railenv.equations.coordinates import Rail, Running, Site, Wrench, at_site
+from railenv.equations.elements import End, Relative
 from railenv.equipment import Actuator, Sensors
-from railenv.vehicles import TABLE_1, Vehicle, files
+from railenv.vehicles import TABLE_1, Vehicle, templates
 from railenv.vehicles.assembly import Assembly
 
 _TABLES = ("bogie.toml", "dual_wheelset.toml")
+
+HERE: Running = traced(at_site, RUN, Site())
+"""The running conditions at a body's place, which in a steady run are those of the vehicle."""
 
 
 def assembled(name: str, symbols: Any = P) -> Any:
     """Return one of the package's assemblies with symbols in all fields."""
     numbers = TABLE_1.parameters()
-    return Assembly.described(files.shipped(name), name, parameters=numbers).with_numbers(vars(symbols))
+    data = templates.data_of(name, ())
+    return Assembly.described(data, name, parameters=numbers).with_numbers(vars(symbols))
 
 
 class OnSymbols:
@@ -66,8 +71,8 @@ class OnSymbols:
         irregularity = [part for pair in zip(*self.rails, strict=True) for part in pair]
         self.u = [*map(sympy.Symbol, moments), *irregularity]
 
-    def seen(self, name: str) -> tuple[Any, Arm, Arm, Relative]:
-        """Return an element, its arms in both bodies, and the motion that it sees."""
+    def seen(self, name: str) -> tuple[Any, End, End, Relative]:
+        """Return an element, its ends in both bodies, and the motion that it sees."""
         e = next(e for e in self.numbers.elements if e.name == name)
         return e, *traced(motion.seen_by, self.numbers, e, self.motions, RUN)
 
@@ -79,11 +84,11 @@ class OnSymbols:
 
     def on(self, body: str, name: str) -> Wrench:
         """Return what an element does to a body, about its centre."""
-        e, arm_a, arm_b, _ = self.seen(name)
+        e, a, b, _ = self.seen(name)
         wrench = self.wrench(name)
         if body == e.between[0]:
-            return traced(elements.at_centre, arm_a, wrench)
-        return traced(elements.at_centre, arm_b, traced(elements.opposite, wrench))
+            return traced(elements.at_centre, a.arm, wrench)
+        return traced(elements.at_centre, b.arm, traced(elements.opposite, wrench))
 
     def balances(self, body: str, lefts: str, names: Mapping[Any, Any]) -> list[str]:
         """Return the equations of motion of a body, with names for what acts on it."""
@@ -91,7 +96,7 @@ class OnSymbols:
         n = len(self.x) // 2
         found = traced(motion.rates, self.numbers, self.x, self.u, RUN, {})[n + first : n + first + 4]
         p = self.numbers.body(body)
-        load = traced(loads.load, p, RUN, self.numbers.gravity)
+        load = traced(loads.load, p, HERE, self.numbers.gravity)
         names = {**names, load.force_y: sympy.Symbol("W_{y}"), load.force_z: sympy.Symbol("W_{z}")}
         return balances(lefts, found, [p.mass, p.mass, p.roll_inertia, p.yaw_inertia], names)
 
@@ -99,7 +104,7 @@ class OnSymbols:
         """Name what acts on a wheelset."""
         rail = self.rails[int(wheelset[1]) - 1]
         touching = traced(
-            contact.contact, self.motions[wheelset], rail, RUN, self.numbers.body(wheelset)
+            contact.contact, self.motions[wheelset], rail, HERE, self.numbers.body(wheelset)
         )
         damper = self.on(wheelset, f"damper_{wheelset}").yaw
         names = names_of(acting(self.on(wheelset, f"primary_{wheelset}")), marks(SUSPENSION, index))
@@ -152,10 +157,10 @@ def _primary_at_rest() -> list[str]:
 
 
 def _primary_reaction() -> list[str]:
-    _, _, arm, _ = _either("bogie").seen("primary_w1")
+    _, _, frame, _ = _either("bogie").seen("primary_w1")
     f_y, f_z, m_x, m_z = marks(SUSPENSION)
     on_wheelset = Wrench(force_y=f_y, force_z=f_z, roll=m_x, yaw=m_z)
-    found = traced(elements.at_centre, arm, traced(elements.opposite, on_wheelset))
+    found = traced(elements.at_centre, frame.arm, traced(elements.opposite, on_wheelset))
     return rows(" ; ".join(map(str, marks(REACTION))), acting(found))
 
 
@@ -171,6 +176,22 @@ def _loads() -> list[str]:
     lateral = traced(loads.lateral_load, m_y, RUN, P.gravity)
     vertical = traced(loads.vertical_load, m_z, RUN, P.gravity)
     return rows("W_{y} ; W_{z}", [lateral, vertical])
+
+
+def _load_height() -> list[str]:
+    p = SimpleNamespace(
+        mass=sympy.Symbol("m"),
+        lateral_load_mass=sympy.Symbol("m_{y}"),
+        vertical_load_mass=sympy.Symbol("m_{z}"),
+        load_height=sympy.Symbol("h_{c}"),
+        z=P.frame_height,
+    )
+    return rows("M_{x}", [traced(loads.load, p, RUN, P.gravity).roll])
+
+
+def _turning() -> list[str]:
+    p = SimpleNamespace(yaw_inertia=sympy.Symbol("I_{z}"))
+    return rows("M_{z}", [traced(bodies.turning, RUN, p).yaw])
 
 
 def _carried() -> list[str]:
@@ -213,7 +234,7 @@ def _dual_wheelset() -> list[str]:
     for w in ("w1", "w2"):
         left = " ; ".join(rf"\ddot {c}_{{{w}}}" for c in ("y", "z", r"\phi", r"\psi"))
         both.append(DUAL.balances(w, left, DUAL.names_on(w, w[1])))
-    leading, trailing = ([re.sub(r"[12]\}", "i}", row) for row in found] for found in both)
+    leading, trailing = ([re.sub(r"(?<!\^\{)[12]\}", "i}", row) for row in found] for found in both)
     if leading != trailing:
         raise ValueError("the wheelsets have different equations; show both")
     return leading
@@ -232,6 +253,8 @@ BLOCKS = {
     ),
     "secondary": Shown((elements.spring,), _secondary, BEYOND),
     "loads": Shown((loads.lateral_load, loads.vertical_load, loads.load), _loads, "Loads of eq 6"),
+    "load height": Shown((loads.load,), _load_height, BEYOND),
+    "turning": Shown((bodies.turning,), _turning, BEYOND),
     "carried masses": Shown(_TABLES, _carried, "Masses whose load a body carries", table=True),
     "wheelset": Shown(
         (motion.rates, bodies.accelerations, bodies.gyroscopic), _wheelset, "Eq 6, wheelset"

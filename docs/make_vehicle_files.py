@@ -117,8 +117,13 @@ def _law(kind: type[ContactLaw]) -> str:
 
 def whole() -> str:
     """Return the table of what a file says of the vehicle as a whole."""
-    defaults = {"gravity": "`9.81`", "wheelbase_curving": "`1.0`"}
-    allowed = {"gravity": "above 0", "wheelbase_curving": "0, 1", "parameters": "a table of numbers"}
+    defaults = {"gravity": "`9.81`", "wheelbase_curving": "`1.0`", "shifting_loads": "`false`"}
+    allowed = {
+        "gravity": "above 0",
+        "wheelbase_curving": "0, 1",
+        "shifting_loads": "`true`, `false`",
+        "parameters": "a table of numbers",
+    }
     rows = [
         _row(name, unit, meaning, defaults.get(name, "left out"), allowed.get(name, "a text"))
         for name, (unit, meaning) in files.PLAIN.items()

@@ -88,7 +88,7 @@ class Side(sympy.Symbol):
 
 P = wheelset_with(shapes.CONE)
 COOPERRIDER = parameters(CooperriderParameters)
-RUN = Running(*map(sympy.Symbol, ("V", r"\kappa", r"\phi_{se}")))
+RUN = Running(*map(sympy.Symbol, ("V", r"\kappa", r"\phi_{se}", r"\kappa'", r"\phi'_{se}")))
 RAIL = Rail(*map(sympy.Symbol, ("y_{t}", "z_{t}", r"\phi_{t}")))
 SIDE = Side(r"\sigma")
 WHEELSET = sympy.Symbol("s")

@@ -86,13 +86,27 @@ def _sum(arguments: Sequence[sympy.Expr]) -> sympy.Expr:
     terms: list[sympy.Expr] = []
     for term in (t for a in arguments for t in (a.args if a.is_Add else (a,)) if t != 0):
         opposite = _product([sympy.Integer(-1), term])
+        alike = [i for i, other in enumerate(terms) if _rest(other) == _rest(term) != []]
         if opposite in terms:
             terms.remove(opposite)
+        elif alike:
+            terms[alike[0]] = _product([_number(terms[alike[0]]) + _number(term), *_rest(term)])
         else:
             terms.append(term)
     if len(terms) < 2:
         return terms[0] if terms else sympy.Integer(0)
     return sympy.Add(*terms, evaluate=False)
+
+
+def _number(term: sympy.Expr) -> sympy.Expr:
+    """Return the number by which a tidy term is multiplied."""
+    return sympy.Mul(*(f for f in (term.args if term.is_Mul else (term,)) if f.is_Number))
+
+
+def _rest(term: sympy.Expr) -> list[sympy.Expr]:
+    """Return the factors of a tidy term that are no numbers, in an order of their own."""
+    factors = term.args if term.is_Mul else (term,)
+    return sorted((f for f in factors if not f.is_Number), key=sympy.default_sort_key)
 
 
 def _product(arguments: Sequence[sympy.Expr]) -> sympy.Expr:

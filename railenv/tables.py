@@ -84,18 +84,9 @@ class Table:
         """
         from scipy.interpolate import PchipInterpolator
 
-        px, py = _points(name, x, y)
-        kept = (tuple(px.tolist()), tuple(py.tolist()))
-        if odd:
-            if px[0] < 0.0 or (px[0] == 0.0 and py[0] != 0.0):
-                raise ParameterError(
-                    f"{name} starts at ({px[0]:g}, {py[0]:g}); an odd characteristic is given from "
-                    "(0, 0) on"
-                )
-            if px[0] > 0.0:
-                px, py = np.concatenate([[0.0], px]), np.concatenate([[0.0], py])
-            px, py = np.concatenate([-px[:0:-1], px]), np.concatenate([-py[:0:-1], py])
-        grid = np.linspace(px[0], px[-1], _cells_of(px, name) + 1)
+        px, py, cells = characteristic(x, y, odd=odd, name=name)
+        kept = (tuple(np.asarray(x, float).tolist()), tuple(np.asarray(y, float).tolist()))
+        grid = np.linspace(px[0], px[-1], cells + 1)
         curve = PchipInterpolator(grid, np.interp(grid, px, py))
         return cls(grid, _hermite(grid, curve(grid), curve.derivative()(grid)), kept)
 
@@ -253,6 +244,31 @@ def pack(tables: Sequence[Mapping[str, Table]]) -> tuple[Array | None, list[list
     return packed, [
         [number for t in system.values() for number in (starts[t], *t.grid)] for system in tables
     ]
+
+
+def characteristic(
+    x: ArrayLike, y: ArrayLike, *, odd: bool = False, name: str = "table"
+) -> tuple[Array, Array, int]:
+    """Return the points of a characteristic and the cells of its grid, without its curve.
+
+    Parameters as those of :meth:`Table.through`; the points of an odd one come with their mirror image.
+
+    Raises
+    ------
+    ParameterError
+        If they are no points of a characteristic.
+    """
+    px, py = _points(name, x, y)
+    if odd:
+        if px[0] < 0.0 or (px[0] == 0.0 and py[0] != 0.0):
+            raise ParameterError(
+                f"{name} starts at ({px[0]:g}, {py[0]:g}); an odd characteristic is given from "
+                "(0, 0) on"
+            )
+        if px[0] > 0.0:
+            px, py = np.concatenate([[0.0], px]), np.concatenate([[0.0], py])
+        px, py = np.concatenate([-px[:0:-1], px]), np.concatenate([-py[:0:-1], py])
+    return px, py, _cells_of(px, name)
 
 
 def _cells_of(x: Array, name: str) -> int:

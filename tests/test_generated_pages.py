@@ -171,6 +171,22 @@ def test_numbers_on_the_contact_are_those_computed():
     assert make_contact.page(text("contact.md")) == text("contact.md")
 
 
+def test_speeds_of_whole_vehicles_are_those_computed():
+    make_coaches = script("make_coaches")
+    page = text("limit-cycles.md")
+    for conicity in make_coaches.CONICITIES:
+        told = make_coaches.speeds(make_coaches.COACH.replace(conicity=conicity))
+        assert f"| {conicity:g} | as shipped | 0.44, 0.44, 1.08 | {' | '.join(told)} |" in page
+    kept = json.loads((DOCS / "coaches.json").read_text())
+    for name, (alone, whole) in kept.items():
+        assert re.search(rf"^\| {name} \|.*\| {alone:.1f} m/s \| {whole:.1f} m/s \|$", page, re.M)
+
+
+@pytest.mark.slow
+def test_tables_of_whole_vehicles_are_made_again():
+    assert script("make_coaches").page(text("limit-cycles.md")) == text("limit-cycles.md")
+
+
 def test_claims_of_the_page_are_those_that_the_report_judges():
     columns = json.loads((DOCS / "claims.json").read_text())
     rules = (*FIRST_RULES, *CREEP_RULES, *FURTHER_RULES)

@@ -318,7 +318,10 @@ class SampledDynamics:
             )
             matrix[n:, n:] += np.eye(len(chosen))
             residual = np.concatenate([self._evaluator.rhs(), excess])
-            change = np.linalg.solve(matrix, residual)
+            try:
+                change = np.linalg.solve(matrix, residual)
+            except np.linalg.LinAlgError:  # where wheels have lifted, nothing holds the vehicle
+                break
             state, commands = state - change[:n], commands - change[n:]
             settled = bool(np.abs(change[:n] / self._scale).max() < _SETTLED)
             if not np.isfinite(state).all():

@@ -34,7 +34,7 @@ class ModeShape:
     ----------
     name : str
         What engineers call such a mode, as "bogie hunting, in phase" or "body lower sway", told from
-        its shape (:mod:`design.stability.mode_names`). Of a model that does not name its bodies, the
+        its shape (``design.stability.mode_names``). Of a model that does not name its bodies, the
         largest displacement.
     model_name : str
     names : tuple of str

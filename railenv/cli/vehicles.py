@@ -14,16 +14,14 @@ import railenv
 from railenv import vehicles as vehicle_records
 from railenv.cli.common import out, print_json, vehicle_model
 from railenv.cli.options import JsonOption, VehicleModelName
-from railenv.contact.family import ProfileFamily
+from railenv.cli.vehicle_page import numeric, own_numbers, page, told, written
 from railenv.contact.laws import ContactLaw
-from railenv.contact.pair import ProfilePair
 from railenv.errors import ParameterError
 from railenv.vehicles import files
 from railenv.vehicles.assembly import Assembly
 from railenv.vehicles.lookup import named
 from railenv.vehicles.vehicle import COMMENTS
 
-_SIDE_BY_SIDE = 3  # vehicles in a table, as many as 80 columns hold
 _NARROW: Any = {"box": box.SIMPLE, "padding": (0, 1, 0, 0), "pad_edge": False}
 """Tables that fit a terminal of 80 columns."""
 
@@ -73,7 +71,7 @@ def vehicles(
         return
     rows = vehicle_records.describe(railenv.Vehicle)
     if markdown:
-        print(_markdown(shown, rows))
+        print(page(shown, rows))
         return
     if as_json:
         print_json([{row.name: _plain(getattr(v, row.name)) for row in rows} for v in shown])
@@ -85,8 +83,8 @@ def vehicles(
         out.print(_description(shown[0], rows))
     for v in shown:
         out.print(f"{v.name}: {v.provenance}", markup=False, highlight=False)
-        if told := _told(v.contact):
-            out.print(f"contact of {v.name}: {told}", markup=False, highlight=False)
+        if contact := told(v.contact):
+            out.print(f"contact of {v.name}: {contact}", markup=False, highlight=False)
 
 
 def _show_parts(vehicle: Assembly, toml: bool, as_json: bool) -> None:
@@ -119,7 +117,7 @@ def _show_parts(vehicle: Assembly, toml: bool, as_json: bool) -> None:
         if "bounds" in field.metadata
     }
     for name, value in vehicle.values.items():
-        table.add_row(name, _written(value), *(own.get(name) or _shared(vehicle, name)))
+        table.add_row(name, written(value), *(own.get(name) or _shared(vehicle, name)))
     out.print(table)
     listed = ", ".join(f"{part.kind} {part.name}" for part in vehicle.parts)
     out.print(f"{vehicle.name}: {vehicle.provenance or listed}", markup=False, highlight=False)
@@ -148,7 +146,7 @@ def _comparison(shown: list[railenv.Vehicle], rows: list[vehicle_records.FieldDe
         table.add_column(title, no_wrap=True)
     for v in shown:
         table.add_column(v.name.replace("_", "_\n"), justify="right", no_wrap=True)
-    for row in _numeric(rows):
+    for row in numeric(rows):
         if any(getattr(v, row.name) is not None for v in shown):
             table.add_row(row.name, row.unit, *(_short(getattr(v, row.name)) for v in shown))
     return table
@@ -158,7 +156,7 @@ def _short(value: object) -> str:
     """Return a value for a table of several vehicles, contact laws by their kind only."""
     if isinstance(value, tuple):
         return "table"
-    return value.kind if isinstance(value, ContactLaw) else _written(value)
+    return value.kind if isinstance(value, ContactLaw) else written(value)
 
 
 def _description(vehicle: railenv.Vehicle, rows: list[vehicle_records.FieldDescription]) -> Table:
@@ -166,7 +164,7 @@ def _description(vehicle: railenv.Vehicle, rows: list[vehicle_records.FieldDescr
     for title in ("field", "value", "unit"):
         table.add_column(title, no_wrap=True)
     table.add_column("meaning (symbol; source)")
-    for row in _numeric(rows):
+    for row in numeric(rows):
         value = getattr(vehicle, row.name)
         if value is None:
             continue  # a part that the vehicle lacks
@@ -175,70 +173,12 @@ def _description(vehicle: railenv.Vehicle, rows: list[vehicle_records.FieldDescr
             meaning += "".join(f"\n{x:g}: {y:g}" for x, y in zip(*value, strict=True))
         table.add_row(row.name, _short(value), row.unit, meaning)
         if row.name == "contact":
-            for f in _own_numbers(vehicle.contact):
+            for f in own_numbers(vehicle.contact):
                 unit, meaning = f.metadata["unit"], f"{f.metadata['meaning']} (contact)"
-                table.add_row(f.name, _written(getattr(vehicle.contact, f.name)), unit, meaning)
+                table.add_row(f.name, written(getattr(vehicle.contact, f.name)), unit, meaning)
     return table
-
-
-def _own_numbers(law: ContactLaw | None) -> list[dataclasses.Field[Any]]:
-    """Return the numbers of a contact law, but for the conicity, which vehicles have."""
-    fields = dataclasses.fields(law) if law is not None else ()
-    return [f for f in fields if "bounds" in f.metadata and f.name != "conicity"]
-
-
-def _told(law: ContactLaw | None) -> str:
-    """Return what a contact law is, in words; nothing of a cone, whose conicity tells all."""
-    if isinstance(law, ProfilePair):
-        return str(law)
-    if isinstance(law, ProfileFamily):
-        return f"between {law.new} and {law.worn}, wear {law.wear}"
-    if law is None or not _own_numbers(law):
-        return ""
-    numbers = (f"{name} {_written(getattr(law, name))}" for name in law.number_fields())
-    return ", ".join([law.called, *numbers])
 
 
 def _plain(value: object) -> object:
     """Return a value as JSON has it."""
     return value.to_mapping() if isinstance(value, ContactLaw) else value
-
-
-def _markdown(shown: list[railenv.Vehicle], rows: list[vehicle_records.FieldDescription]) -> str:
-    names = [v.name for v in shown]
-    lines = [
-        "# Vehicles",
-        "",
-        "Generated by `railenv vehicles --markdown` from the metadata of `railenv.Vehicle`; SI units.",
-        "",
-        *(f"- `{v.name}`: {v.provenance}." for v in shown),
-        "",
-        "[Contact laws](contact.md) by what files call them; those other than a cone are:",
-        "",
-        *(f"- `{v.name}`: {_told(v.contact)}." for v in shown if _told(v.contact)),
-        "",
-        f"| field | symbol | unit | {' | '.join(names)} | meaning | source |",
-        f"|---|---|---|{'---:|' * len(names)}---|---|",
-    ]
-    for row in _numeric(rows):
-        values = " | ".join(_written(getattr(v, row.name)) for v in shown)
-        lines.append(
-            f"| `{row.name}` | {row.symbol} | {row.unit} | {values} | {row.meaning} | {row.source} |"
-        )
-    return "\n".join(lines)
-
-
-def _numeric(
-    rows: list[vehicle_records.FieldDescription],
-) -> list[vehicle_records.FieldDescription]:
-    return [row for row in rows if row.name not in ("name", "provenance")]
-
-
-def _written(value: object) -> str:
-    if isinstance(value, ContactLaw):
-        return value.kind
-    if value is None:
-        return "-"
-    if not isinstance(value, float):
-        return str(value).lower()
-    return f"{value:g}".replace("e+0", "e")

@@ -13,7 +13,7 @@ from typing import Any
 
 from railenv.errors import ParameterError, shown
 from railenv.fields import Points
-from railenv.tables import Table
+from railenv.tables import characteristic
 from railenv.vehicles.records import ParameterRecord, optional, optional_table
 
 _BEYOND = "beyond the paper"
@@ -206,7 +206,7 @@ def _points(name: str, value: Any) -> Points:
 
 @cache
 def _check_points(name: str, points: Points) -> None:
-    Table.through(*points, odd=True, name=name)
+    characteristic(*points, odd=True, name=name)
 
 
 def _groups() -> dict[str, tuple[str, ...]]:

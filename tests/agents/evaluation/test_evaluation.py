@@ -110,7 +110,7 @@ def test_curves_mark_where_cant_deficiency_passes_its_limit(coach):
     plan = dataclasses.replace(TINY, curves=((6250.0, 0.0873),), noises=())
     found = agents.evaluate(agents.Passive.design(coach), coach, plan=plan)
     curve = found.curves[0]
-    assert curve.linear == pytest.approx(100.6809, rel=1e-4)
+    assert curve.linear == pytest.approx(98.5591, rel=1e-4)
     limit = curve.deficiency_limit
     assert limit**2 / 6250.0 / 9.81 - 0.0873 == pytest.approx(0.150 / 1.5)
     assert curve.name == "R = 6250 m"

@@ -10,7 +10,8 @@ import agents
 import design
 import railenv
 from agents.controllers.scheduled import readings_of
-from railenv.errors import ParameterError, UnknownNameError
+from design.loop.sampled import SampledDynamics
+from railenv.errors import EquilibriumError, ParameterError, UnknownNameError
 
 
 @pytest.fixture(scope="module")
@@ -125,6 +126,19 @@ def test_a_law_with_a_steady_command_moves_the_equilibrium(coach):
     inputs = np.zeros(coach.n_inputs)
     inputs[0] = loop.commands[0]
     assert np.abs(coach.rhs(loop.state, inputs, speed=80.0)).max() < 1e-5
+
+
+def _falling(x, u, speed, curvature, cant, p):
+    return [x[1], u[0] - p.weight]
+
+
+def test_what_nothing_holds_has_no_equilibrium_under_a_controller():
+    """Its Jacobian is singular, as that of a vehicle whose wheels have lifted can be."""
+    model = railenv.Model("falling", ["z", "dz"], ["lift"], _falling, {"weight": 9.81})
+    law = design.StaticFeedback(lambda _: np.ones(1), lambda _: np.zeros((1, 1)), ["z"], ["lift"])
+    dynamics = SampledDynamics(model, law)
+    with pytest.raises(EquilibriumError, match="no running equilibrium"):
+        dynamics.equilibrium(np.zeros(2), 80.0, 0.0, 0.0)
 
 
 def test_loop_on_a_curve_is_about_the_curves_equilibrium(coach):

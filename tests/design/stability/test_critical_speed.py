@@ -16,6 +16,11 @@ def bogie(vehicle):
     return railenv.Bogie(vehicle)
 
 
+def on_a_line(vehicle):
+    """Return a bogie whose wheelsets a curve does not turn against the frame, as in the paper."""
+    return railenv.Bogie(vehicle.replace(wheelbase_curving=False))
+
+
 @pytest.mark.parametrize(
     ("model", "speed", "frequency"),
     [
@@ -52,11 +57,12 @@ def test_cooperrider_bogie_hunts_from_68_644_m_per_s_at_3_998_hz():
 @pytest.mark.parametrize(
     ("model", "speed"),
     [
-        (railenv.Bogie(railenv.HIGH_SPEED_COACH), 95.66),
+        (railenv.Bogie(railenv.HIGH_SPEED_COACH), 90.13),
+        (on_a_line(railenv.HIGH_SPEED_COACH), 95.66),
         (railenv.Bogie(railenv.TABLE_1), 11.75),
         (railenv.DualWheelset(railenv.TABLE_1), 34.48),
     ],
-    ids=["coach", "table_1_bogie", "table_1_dual_wheelset"],
+    ids=["coach", "coach_on_a_line", "table_1_bogie", "table_1_dual_wheelset"],
 )
 def test_critical_speed_at_the_papers_radius_of_6250_m(model, speed):
     found = design.critical_speed(model, radius=6250.0, cant=CANT)
@@ -65,10 +71,27 @@ def test_critical_speed_at_the_papers_radius_of_6250_m(model, speed):
 
 
 def test_critical_speed_of_the_coach_falls_steadily_with_the_radius():
-    model = railenv.Bogie(railenv.HIGH_SPEED_COACH)
-    sweep = design.curve_sweep(model, [10_000, 6250, 4000, 2500, 1500, 1000], cant=CANT)
+    radii = [10_000, 6250, 4000, 2500, 1500, 1000]
+    model = on_a_line(railenv.HIGH_SPEED_COACH)
+    sweep = design.curve_sweep(model, radii, cant=CANT)
     assert (np.diff(sweep.speed) < 0).all()
     assert sweep.speed[0] < design.critical_speed(model).speed
+
+
+def test_coach_turned_by_a_tight_curve_runs_on_its_flange_and_does_not_hunt():
+    """Down to 2500 m it hunts earlier than without the turn; below, the flange holds it."""
+    radii = [10_000, 6250, 4000, 3000, 2000, 1000]
+    model = railenv.Bogie(railenv.HIGH_SPEED_COACH)
+    sweep = design.curve_sweep(model, radii, cant=CANT)
+    straight = design.curve_sweep(on_a_line(railenv.HIGH_SPEED_COACH), radii[:4], cant=CANT)
+    assert (np.diff(sweep.speed[:4]) < 0).all()
+    assert (sweep.speed[:4] < straight.speed).all()
+    for radius in radii[4:]:
+        found = design.critical_speed(model, radius=radius, cant=CANT)
+        assert found.loss == "end"
+        assert found.speed > 150.0
+        slow = railenv.find_equilibrium(model, speed=40.0, radius=radius, cant=CANT)
+        assert slow.state[0] > model.vehicle.flange_clearance
 
 
 def test_critical_speed_of_table_1_hardly_depends_on_the_radius():
@@ -81,7 +104,7 @@ def test_critical_speed_of_table_1_hardly_depends_on_the_radius():
 
 
 def test_tread_equilibrium_of_the_coach_at_1000_m_ends_in_a_fold_near_49_m_per_s():
-    model = railenv.Bogie(railenv.HIGH_SPEED_COACH)
+    model = on_a_line(railenv.HIGH_SPEED_COACH)
     found = design.critical_speed(model, radius=1000.0, cant=CANT)
     assert found.loss == "fold"
     assert found.speed == pytest.approx(48.6, abs=0.1)
@@ -203,7 +226,7 @@ def test_bad_arguments_name_quantity_and_value(arguments, message):
 def test_summary_is_plain_and_complete():
     import json
 
-    found = design.critical_speed(railenv.Bogie(railenv.HIGH_SPEED_COACH), radius=2500.0, cant=CANT)
+    found = design.critical_speed(railenv.Bogie(railenv.HIGH_SPEED_COACH), radius=3000.0, cant=CANT)
     data = json.loads(json.dumps(found.summary(), allow_nan=False))
     assert data["loss"] == "hunting"
     assert data["equilibrium"]["y_w1"] == found.state[0]
