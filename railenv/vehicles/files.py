@@ -132,7 +132,8 @@ def text_of(assembly: Assembly, units: Mapping[str, str] | None = None) -> str:
         if name == "parameters":
             continue
         item = tomlkit.item(getattr(assembly, name))
-        document.add(name, item.comment(comment(unit, meaning)) if unit else item)
+        plain = isinstance(getattr(assembly, name), str) and not unit  # tells its meaning itself
+        document.add(name, item if plain else item.comment(comment(unit, meaning)))
     if assembly.parameters:
         shared = tomlkit.table()
         for name, value in assembly.parameters.items():

@@ -77,7 +77,7 @@ def test_whole_coach_says_what_hunts(tmp_path):
         "coach: bogie hunting, in phase from "
     )
     low = json.loads(invoke("critical-speed", "-m", "coach", "--set", "conicity=0.02", "--json"))
-    assert (low["loss"], low["mode"]) == ("hunting", "body hunting (yaw)")
+    assert (low["loss"], low["mode"]) == ("hunting", "body hunting (upper sway)")
     drawing = tmp_path / "modes.png"
     listed = invoke("modes", "-m", "coach", "--speed", 60, "--highest", 2, "--plot", drawing)
     assert "body lower sway" in listed
