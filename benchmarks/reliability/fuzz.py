@@ -21,8 +21,8 @@ from hypothesis.strategies import SearchStrategy
 
 from railenv.errors import RailenvError
 
-LONGEST = 20.0
-"""s of processor time that an example may take."""
+LONGEST = 120.0
+"""s of processor time that an example may take, the compilation of its kernels included."""
 
 RESULT = "result"
 FAILURE = "failure"
