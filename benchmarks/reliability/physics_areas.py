@@ -230,7 +230,8 @@ def _equations(term: str) -> None:
     except ZeroDivisionError:
         return  # two numbers of the equations themselves
     module: dict[str, Any] = {"math": math, "L": 1, "jit": lambda f: f, "real": float}
-    module |= {"_fma": lambda a, b, c: a * b + c}
+    module |= {"_fma": lambda a, b, c: a * b + c, "_rows": lambda w: w}
+    module |= {"_read": lambda rows, i: rows[i], "_write": np.ndarray.__setitem__}
     module |= {f"_{name}": getattr(math, name) for name in ("sin", "cos", "tan")}
     exec(text, module)
     w = np.zeros(40)

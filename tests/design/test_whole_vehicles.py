@@ -32,14 +32,14 @@ def test_crh380a_runs_beyond_100_metres_a_second_as_long_as_its_yaw_dampers_work
 
 def test_below_its_linear_critical_speed_a_coach_without_yaw_dampers_hunts_on(new, failed):
     # a disturbance that the working dampers take in a second; without them hunting persists
-    start = {f"y_{w}": 6e-3 for w in ("w1", "w2", "w3", "w4")}
+    start = {f"y_{body}": 8e-3 for body in ("w1", "w2", "w3", "w4", "b1", "b2")}
     left = []
     for model in (new, failed):
-        run = railenv.simulate(model, speed=95.0, perturbation=start, duration=6.0)
+        run = railenv.simulate(model, speed=105.0, perturbation=start, duration=6.0)
         late = run.outputs[0, run.time > 4.0]
         left.append(np.ptp(late) / 2.0)
     assert left[0] < 1e-4
-    assert left[1] > 2e-3
+    assert left[1] > 10e-3
 
 
 @pytest.mark.parametrize(
