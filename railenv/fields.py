@@ -9,9 +9,11 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, ClassVar, Self
 
-from railenv import checks
+from railenv import checks, tables
+from railenv.errors import ParameterError, shown
 from railenv.tables import Table
 
 Number = float | str | None
@@ -45,6 +47,28 @@ def characteristic(x: str, y: str, meaning: str, *, needed: bool = False) -> Any
 def choice(meaning: str, allowed: tuple[str, ...], default: str) -> Any:
     """Return a dataclass field that holds one of some words."""
     return dataclasses.field(default=default, metadata={"meaning": meaning, "allowed": allowed})
+
+
+def as_points(label: str, value: Any) -> Points:
+    """Return the points of an odd characteristic as tuples of floats.
+
+    Raises
+    ------
+    ParameterError
+        If they are none; ``label`` says in the message what they are of.
+    """
+    try:
+        x, y = value
+        points = tuple(map(float, x)), tuple(map(float, y))
+    except (TypeError, ValueError):
+        raise ParameterError(f"{label} is {shown(value)}; it must be two lists of numbers") from None
+    _check_points(label, points)
+    return points
+
+
+@cache
+def _check_points(label: str, points: Points) -> None:
+    tables.characteristic(*points, odd=True, name=label)
 
 
 @dataclass(frozen=True)

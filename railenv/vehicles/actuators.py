@@ -66,30 +66,12 @@ class Actuator(ParameterRecord):
     @classmethod
     def primary(cls) -> Self:
         """Return actuators of 5 kN m at each wheelset, between it and the bogie frame (an estimate)."""
-        return cls(
-            limit=5e3,
-            bandwidth=20.0,
-            damping=0.7,
-            delay=0.010,
-            rate_limit=1e300,
-            arm=1.0,
-            parallel_damping=0.0,
-            parallel_force_limit=9.8e3,
-        )
+        return cls.secondary().replace(limit=5e3, arm=1.0)
 
     @classmethod
     def lateral(cls) -> Self:
         """Return two lateral actuators of 10 kN between bogie frame and vehicle body."""
-        return cls(
-            limit=20e3,
-            bandwidth=20.0,
-            damping=0.7,
-            delay=0.010,
-            rate_limit=1e300,
-            arm=1.0,
-            parallel_damping=0.0,
-            parallel_force_limit=9.8e3,
-        )
+        return cls.secondary().replace(limit=20e3, arm=1.0)
 
     def parameters(self) -> dict[str, float]:
         """Return what the equations of motion read; the delay lies before them."""

@@ -20,6 +20,7 @@ from railenv.fields import (
     Number,
     Numbered,
     Points,
+    as_points,
     characteristic,
     choice,
     nonnegative,
@@ -51,7 +52,7 @@ class Part(Numbered):
         for field in type(self).table_fields():
             value = getattr(self, field)
             if value is not None:
-                object.__setattr__(self, field, _as_points(f"{field} of {self.name}", value))
+                object.__setattr__(self, field, as_points(f"{field} of {self.name}", value))
 
     @property
     def called(self) -> str:
@@ -80,16 +81,6 @@ class Part(Numbered):
     def with_changes(self, changes: Mapping[str, float]) -> Self:
         """Return the part with those of its own numbers changed that ``changes`` names."""
         return self.renumbered(f"{self.name}_", changes)
-
-
-def _as_points(label: str, value: Any) -> Points:
-    try:
-        x, y = value
-        points = tuple(map(float, x)), tuple(map(float, y))
-    except (TypeError, ValueError):
-        raise ParameterError(f"{label} is {shown(value)}; it must be two lists of numbers") from None
-    Table.through(*points, odd=True, name=label)
-    return points
 
 
 # ------------------------------------------------------------------------------- bodies

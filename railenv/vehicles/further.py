@@ -8,12 +8,9 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cache
-from typing import Any
 
-from railenv.errors import ParameterError, shown
-from railenv.fields import Points
-from railenv.tables import characteristic
+from railenv.errors import ParameterError
+from railenv.fields import Points, as_points
 from railenv.vehicles.records import ParameterRecord, optional, optional_table
 
 _BEYOND = "beyond the paper"
@@ -185,28 +182,12 @@ class FurtherParts(ParameterRecord):
                 )
         for f in dataclasses.fields(self):
             if "table" in f.metadata and getattr(self, f.name) is not None:
-                object.__setattr__(self, f.name, _points(f.name, getattr(self, f.name)))
+                object.__setattr__(self, f.name, as_points(f.name, getattr(self, f.name)))
 
     @property
     def groups(self) -> frozenset[str]:
         """Names of the parts that the vehicle has beyond the paper's bogie."""
         return frozenset(g for g, names in GROUPS.items() if getattr(self, names[0]) is not None)
-
-
-def _points(name: str, value: Any) -> Points:
-    """Return the points of a characteristic as tuples of floats."""
-    try:
-        x, y = value
-        points = tuple(map(float, x)), tuple(map(float, y))
-    except (TypeError, ValueError):
-        raise ParameterError(f"{name} is {shown(value)}; it must be two lists of numbers") from None
-    _check_points(name, points)
-    return points
-
-
-@cache
-def _check_points(name: str, points: Points) -> None:
-    characteristic(*points, odd=True, name=name)
 
 
 def _groups() -> dict[str, tuple[str, ...]]:

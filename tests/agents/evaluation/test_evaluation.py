@@ -256,3 +256,14 @@ def test_stored_evaluations_are_what_the_evaluation_gives(coach, name):
         for reading in ("linear", "nonlinear"):
             assert getattr(found, reading) == pytest.approx(getattr(kept, reading), rel=1e-3)
     assert again.robust == pytest.approx(stored.robust, rel=1e-3)
+
+
+def test_file_whose_worst_vehicle_has_an_unknown_number_or_range_is_refused(tmp_path):
+    row = json.loads((DOCS / "leaderboard.json").read_text(encoding="utf-8"))[0]
+    for name, changed in (
+        ("worst", {"creep_factkr": 1.4}),
+        ("plan", {**row["plan"], "creep_factor": [0.6, 1.0, 1.4]}),
+    ):
+        (tmp_path / "damaged.json").write_text(json.dumps([{**row, name: changed}]), encoding="utf-8")
+        with pytest.raises(ParameterError, match="creep_fact"):
+            agents.load_evaluations(tmp_path / "damaged.json")

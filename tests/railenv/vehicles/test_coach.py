@@ -381,10 +381,16 @@ def test_manchester_coach_stands_on_its_wheels_as_published():
     assert_allclose(found[..., 1], model.axle_load / 2.0, rtol=1e-6)
 
 
-@every_coach
-def test_numbers_of_dampers_are_what_their_sources_say(vehicle):
-    for f in dataclasses.fields(vehicle):
-        if "table" in f.metadata and getattr(vehicle, f.name) is not None:
-            x, y = getattr(vehicle, f.name)
-            assert list(x) == sorted(x)
-            assert list(y) == sorted(y)
+@pytest.mark.parametrize(
+    ("field", "knee", "before", "beyond"),
+    [
+        ("primary_damper_force", 0.1, 19.6e3, 14.7e3),
+        ("secondary_yaw_damper_force", 0.004, 2.4525e6, 49.95e3),
+        ("lateral_damper_force", 0.1, 58.8e3, 24.6e3),
+    ],
+)
+def test_dampers_of_the_crh380a_have_the_slopes_of_their_source(field, knee, before, beyond):
+    (_, x, end), (_, y, last) = getattr(railenv.CRH380A, field)
+    assert x == knee
+    assert y / x == pytest.approx(before, rel=1e-12)
+    assert (last - y) / (end - x) == pytest.approx(beyond, rel=1e-12)
