@@ -134,7 +134,8 @@ class Shooting:
         """Integrate one period with its derivatives."""
         self._set(x, value)
         mesh = np.linspace(0.0, 1.0, self.steps + 1)
-        derivatives = np.empty((self.n, self.n + 2))
+        width, block = self.n + 2, self._kernels.BLOCK
+        blocks = np.empty((math.ceil(width / block), self.n, block))
         states = np.empty((self.steps + 1, self.n))
         if self._own:
             self._kernels.rk4_parameter_sensitivity(
@@ -146,14 +147,15 @@ class Shooting:
                 self._directions,
                 self._parameter_entries,
                 self._parameter_directions,
-                derivatives,
+                blocks,
                 states,
             )
         else:
             self._kernels.rk4_sensitivity(
-                self._w, self._t, period, mesh, self._entries, self._directions, derivatives, states
+                self._w, self._t, period, mesh, self._entries, self._directions, blocks, states
             )
-        return Shot(states, derivatives)
+        derivatives = blocks.transpose(1, 0, 2).reshape(self.n, -1)[:, :width]
+        return Shot(states, np.ascontiguousarray(derivatives))
 
     def end(self, x: Array, period: float, value: float) -> Array:
         """Return the state after one period, without derivatives: a twentieth of the time."""
@@ -182,11 +184,15 @@ def _columns(cells: tuple[tuple[int, int], ...]) -> NDArray[np.int64]:
 
 
 def _by_state(cells: tuple[tuple[int, int], ...], n: int) -> tuple[NDArray[np.int64], ...]:
-    """Return where the entries of each state's row start, then their columns and places, row by row."""
+    """Return the entries of n rows, row by row.
+
+    Where those of each row start, where its first from column n on is, then their columns and places.
+    """
     rows, columns = _columns(cells)
     order = np.lexsort((columns, rows))
-    starts = np.searchsorted(rows[order], np.arange(n + 1)).astype(np.int64)
-    return starts, columns[order], order.astype(np.int64)
+    starts = np.searchsorted(rows[order], np.arange(n + 1))
+    splits = starts[:-1] + np.bincount(rows[columns < n], minlength=n)
+    return starts.astype(np.int64), splits.astype(np.int64), columns[order], order.astype(np.int64)
 
 
 def steps_for(shooting: Shooting, x: Array, period: float, value: float) -> int:
