@@ -15,6 +15,9 @@ from design.cycles.motion_plots import phase_portrait
 from design.cycles.polach import DisturbanceTest, SpeedRamp, disturbance_test, speed_ramp
 from design.cycles.simulated_cycle import simulated_cycle
 from design.cycles.spectrum import Spectrum, spectrum
+from design.irregular.lyapunov import LyapunovExponents, lyapunov_exponents
+from design.irregular.section import PoincareSection, Section, poincare_section
+from design.irregular.section_diagram import SectionDiagram, SectionPoint, section_diagram
 from design.linear.equilibrium import equilibrium
 from design.linear.linearization import discretize, linearize
 from design.linear.reduction import balanced, minimal, transfer_function
@@ -61,15 +64,20 @@ __all__ = [
     "HuntingMap",
     "LinearFeedback",
     "Locus",
+    "LyapunovExponents",
     "Margins",
     "ModeShape",
     "ModeTable",
     "Observer",
     "ParameterLocus",
     "Participation",
+    "PoincareSection",
     "Regulator",
     "RobustCriticalSpeed",
     "ScaledFeedback",
+    "Section",
+    "SectionDiagram",
+    "SectionPoint",
     "SimulatedDiagram",
     "SpecialPoint",
     "Spectrum",
@@ -95,14 +103,17 @@ __all__ = [
     "lateral_model",
     "linearize",
     "lqr",
+    "lyapunov_exponents",
     "margins",
     "minimal",
     "modes",
     "open_loop",
     "parameter_locus",
     "phase_portrait",
+    "poincare_section",
     "robust_critical_speed",
     "run_study",
+    "section_diagram",
     "simulated_cycle",
     "simulated_diagram",
     "spectrum",

@@ -101,7 +101,7 @@ WINGS: dict[str, tuple[tuple[Room, ...], ...]] = {
     ),
     "design": (
         (("reproduction", "report on the paper"), ("studies", "maps, many cells in parallel")),
-        (("cycles", "limit cycles, Hopf, folds"), ("stability", "critical speed, loci, modes")),
+        (("irregular", "chaos"), ("cycles", "limit cycles"), ("stability", "critical speed, modes")),
         (("loop", "sampled loops, margins"), ("linear", "linearise, reduce, regulate")),
     ),
     "railenv": (
