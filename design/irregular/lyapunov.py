@@ -31,6 +31,7 @@ _ALIGNING = 0.2  # of ``settle``, in which the directions turn into their places
 _SURE = 3.0  # standard errors
 _LEAST = 5.0  # exponents: a distance must change by e^5 over the run to be told from a constant one
 _NEUTRAL = 2e-3  # of the angular frequency: exponents below it are zero as far as a torus is concerned
+_RESTING = 1e-9  # of the model's scale a second: a motion that is slower has no direction of its own
 _STILL = 1e-6  # of the model's scale: less is no motion
 _STEADY = 0.8  # least ratio of the swings of both halves of a run
 
@@ -384,7 +385,9 @@ class _Tangent:
     def _missed(self, carried: Array, slope: Array) -> float:
         """Return how far the own direction is from what it should have been carried into."""
         whole = float(np.linalg.norm(slope / self._scale))
-        return float(np.linalg.norm((carried - slope) / self._scale)) / whole if whole > 0.0 else 0.0
+        if whole < _RESTING:
+            return 0.0
+        return float(np.linalg.norm((carried - slope) / self._scale)) / whole
 
 
 _SLOWEST_STEPS = 400
