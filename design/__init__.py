@@ -16,7 +16,7 @@ from design.cycles.polach import DisturbanceTest, SpeedRamp, disturbance_test, s
 from design.cycles.simulated_cycle import simulated_cycle
 from design.cycles.spectrum import Spectrum, spectrum
 from design.irregular.lyapunov import LyapunovExponents, lyapunov_exponents
-from design.irregular.section import PoincareSection, Section, poincare_section
+from design.irregular.section import PoincareSection, SectionSurface, poincare_section
 from design.irregular.section_diagram import SectionDiagram, SectionPoint, section_diagram
 from design.linear.equilibrium import equilibrium
 from design.linear.linearization import discretize, linearize
@@ -75,9 +75,9 @@ __all__ = [
     "Regulator",
     "RobustCriticalSpeed",
     "ScaledFeedback",
-    "Section",
     "SectionDiagram",
     "SectionPoint",
+    "SectionSurface",
     "SimulatedDiagram",
     "SpecialPoint",
     "Spectrum",

@@ -29,7 +29,7 @@ _STILL = 1e-6  # of the model's scale: a motion that swings less has no section
 
 
 @dataclass(frozen=True)
-class Section:
+class SectionSurface:
     """The surface: where a state has a maximum or a minimum, or passes a value.
 
     Attributes
@@ -50,7 +50,9 @@ class Section:
         return f"{self.state} = {self.at:g}, {'upwards' if self.direction == 'up' else 'downwards'}"
 
 
-def section_of(model: Model, state: str | None, at: At, direction: Literal["up", "down"]) -> Section:
+def section_of(
+    model: Model, state: str | None, at: At, direction: Literal["up", "down"]
+) -> SectionSurface:
     """Return a checked section; the first state where none is named."""
     name = model.state_names[0] if state is None else state
     checks.known("state", [name], model.state_names)
@@ -58,8 +60,8 @@ def section_of(model: Model, state: str | None, at: At, direction: Literal["up",
     if isinstance(at, str):
         if at not in ("maximum", "minimum"):
             raise ParameterError(f"at is {shown(at)}; it must be 'maximum', 'minimum' or a number")
-        return Section(name, at, direction)
-    return Section(name, checks.number("at", at), direction)
+        return SectionSurface(name, at, direction)
+    return SectionSurface(name, checks.number("at", at), direction)
 
 
 @dataclass(frozen=True)
@@ -71,7 +73,7 @@ class PoincareSection:
     model_name : str
     speed, curvature, cant : float
         m/s, 1/m, rad.
-    section : Section
+    section : SectionSurface
         The surface.
     time : ndarray, shape (n_points,)
         When it is passed, s, counted from the end of settling.
@@ -90,7 +92,7 @@ class PoincareSection:
     speed: float
     curvature: float
     cant: float
-    section: Section
+    section: SectionSurface
     time: Array
     states: Array
     lowest: Array
@@ -246,7 +248,7 @@ def poincare_section(
     return passages(motion, surface, duration)
 
 
-def passages(motion: Motion, section: Section, duration: float) -> PoincareSection:
+def passages(motion: Motion, section: SectionSurface, duration: float) -> PoincareSection:
     """Carry a motion on for some time (s) and return its section."""
     setting = motion.setting
     model = setting.model
@@ -287,7 +289,7 @@ def passages(motion: Motion, section: Section, duration: float) -> PoincareSecti
 
 
 def _crossings(
-    motion: Motion, section: Section, index: int, states: Array, overlap: int
+    motion: Motion, section: SectionSurface, index: int, states: Array, overlap: int
 ) -> list[tuple[int, float, Array]]:
     """Return where the surface is passed: the step, the time (s) after it, and the state.
 

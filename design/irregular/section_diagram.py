@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from design.cycles.shooting import CONDITIONS, Setting
 from design.irregular.lyapunov import LyapunovExponents, lyapunov_exponents
 from design.irregular.motion import Motion, setting_of, start_of
-from design.irregular.section import At, PoincareSection, Section, passages, section_of
+from design.irregular.section import At, PoincareSection, SectionSurface, passages, section_of
 from design.progress import tracked
 from railenv import checks
 from railenv.errors import EquilibriumError, ParameterError, SimulationError
@@ -80,7 +80,7 @@ class SectionDiagram:
     model_name : str
     parameter : str
         What varies.
-    section : Section
+    section : SectionSurface
         The surface.
     points : tuple of SectionPoint
         In the order in which they were computed.
@@ -91,7 +91,7 @@ class SectionDiagram:
 
     model_name: str
     parameter: str
-    section: Section
+    section: SectionSurface
     points: tuple[SectionPoint, ...]
     ended: tuple[str, ...]
 
@@ -157,7 +157,7 @@ class _Plan:
     """What is computed at each value."""
 
     setting: Setting
-    section: Section
+    section: SectionSurface
     duration: float
     settle: float
     step: float | None
