@@ -98,9 +98,9 @@ def plot_section_diagram(
         for color, sweep in zip(SERIES, diagram.sweeps, strict=False):
             _draw_sweep(ax, lower, diagram, sweep, name, color)
         ax.set_ylabel(axis_label(name))
-        ax.set_title(f"{diagram.model_name}: {diagram.section}")
+        ax.set_title(f"{diagram.model_name}: {diagram.section}{_curve(diagram)}")
         if len(diagram.sweeps) > 1:
-            ax.legend(loc="best", fontsize=8, markerscale=6)
+            ax.legend(loc="best", fontsize=8, markerscale=4)
         last = ax if lower is None else lower
         last.set_xlabel(PARAMETER_LABELS.get(diagram.parameter, diagram.parameter))
         if lower is not None:
@@ -117,7 +117,8 @@ def _draw_sweep(
     points = diagram.of(sweep)
     drawn = [_section_values(p.section, name) for p in points]
     at = np.concatenate([np.full(len(v), p.value) for p, v in zip(points, drawn, strict=True)])
-    ax.plot(at, factor * np.concatenate(drawn), ",", color=color, label=_SWEEP_LABELS[sweep])
+    values = factor * np.concatenate(drawn)
+    ax.plot(at, values, ".", color=color, ms=1.8, mew=0.0, label=_SWEEP_LABELS[sweep])
     if lower is not None:
         told = [p for p in points if p.lyapunov is not None]
         found = [p.lyapunov for p in told if p.lyapunov is not None]
@@ -130,6 +131,15 @@ def _draw_sweep(
             ms=3.0,
             lw=0.8,
         )
+
+
+def _curve(diagram: SectionDiagram) -> str:
+    """Return on which curve a diagram was computed, where it is the same one throughout."""
+    curves = {(p.section.curvature, p.section.cant) for p in diagram.points}
+    if len(curves) != 1:
+        return ""
+    ((curvature, cant),) = curves
+    return f", {curve_title(1.0 / curvature if curvature else np.inf, cant)}"
 
 
 _SWEEP_LABELS = {"up": "up", "down": "down", "apart": "each from the start"}

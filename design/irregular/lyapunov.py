@@ -49,15 +49,20 @@ class LyapunovExponents:
         Time over which they are the mean, s.
     step, stretch : float
         Runge-Kutta step, and time between two re-orthonormalisations, s.
+    ends : ndarray, shape (n_blocks + 1,)
+        Times that part the duration into blocks, s: where there are enough of them, moments at which
+        the state that swings most passes its mean upwards, so that a block of a periodic motion has
+        whole periods.
     blocks : ndarray, shape (n_blocks, count)
-        Mean exponents of equal parts of the duration, 1/s.
-    own : ndarray, shape (n_blocks,)
-        How far the motion's own direction, in which nothing grows, is from being carried into itself:
+        Mean exponents of these blocks, 1/s.
+    own : ndarray, shape (n_parts,)
+        For equal parts of the duration:
+        how far the motion's own direction, in which nothing grows, is from being carried into itself,
         the sum of relative errors, 1/s. That is how accurate the derivatives are. It is large where the
         equations jump, for derivatives do not see a jump: a wheel that lifts loses its creep forces.
     frequency : float
         Mean frequency (Hz) of the state that swings most: its upward passages of its mean.
-    lowest, highest : ndarray, shape (n_blocks, n_states)
+    lowest, highest : ndarray, shape (n_parts, n_states)
         Extremes of the states in these parts.
     scale : ndarray, shape (n_states,)
         Typical magnitudes of the model's states.
@@ -75,6 +80,7 @@ class LyapunovExponents:
     duration: float
     step: float
     stretch: float
+    ends: Array
     blocks: Array
     own: Array
     frequency: float
@@ -88,7 +94,7 @@ class LyapunovExponents:
     @property
     def exponents(self) -> Array:
         """The exponents, the largest first, 1/s."""
-        return np.asarray(self.blocks.mean(axis=0))
+        return np.asarray(self.history[-1])
 
     @property
     def largest(self) -> float:
@@ -117,13 +123,14 @@ class LyapunovExponents:
 
     @property
     def time(self) -> Array:
-        """Ends of the blocks, s."""
-        return self.duration * np.arange(1, len(self.blocks) + 1) / len(self.blocks)
+        """Times since the start of the first block at which blocks end, s."""
+        return self.ends[1:] - self.ends[0]
 
     @property
     def history(self) -> Array:
         """Exponents as they were at these times, shape (n_blocks, count), 1/s."""
-        return np.cumsum(self.blocks, axis=0) / np.arange(1, len(self.blocks) + 1)[:, None]
+        lengths = np.diff(self.ends)[:, None]
+        return np.asarray(np.cumsum(self.blocks * lengths, axis=0) / np.cumsum(lengths, axis=0))
 
     @property
     def swing(self) -> Array:
@@ -133,7 +140,7 @@ class LyapunovExponents:
     @property
     def steady(self) -> bool:
         """Whether the motion neither grows nor decays: both halves of the run swing alike."""
-        half = len(self.blocks) // 2
+        half = len(self.lowest) // 2
         parts = [slice(None, half), slice(half, None)]
         first, last = (np.ptp([self.lowest[p].min(0), self.highest[p].max(0)], axis=0) for p in parts)
         k = int(np.argmax(self.swing / self.scale))
@@ -296,18 +303,22 @@ def lyapunov_exponents(
         if len(parts) < _FEWEST:
             raise
         ended = f"interrupted after {len(parts)} of {_BLOCKS} parts of the duration"
-    time = sum(part.time for part in parts)
+    growth = np.concatenate([part.growth for part in parts])
+    signal = np.concatenate([part.signal for part in parts])
+    passages = _passages(signal, tangent.stretch * len(growth) / len(signal))
+    ends, blocks = _blocks(growth, tangent.stretch, passages)
     return LyapunovExponents(
         model_name=model.name,
         speed=setting.speed,
         curvature=setting.curvature,
         cant=setting.cant,
-        duration=time,
+        duration=tangent.stretch * len(growth),
         step=motion.step,
         stretch=tangent.stretch,
-        blocks=np.array([part.exponents for part in parts]),
+        ends=ends,
+        blocks=blocks,
         own=np.array([part.own for part in parts]),
-        frequency=_passages(np.concatenate([part.signal for part in parts])) / time,
+        frequency=_frequency(passages),
         lowest=np.array([part.lowest for part in parts]),
         highest=np.array([part.highest for part in parts]),
         scale=model.scale,
@@ -319,13 +330,13 @@ def lyapunov_exponents(
 
 @dataclass(frozen=True)
 class _Part:
-    """Part of a run: its length (s), exponents (1/s) and how far the own direction misses itself (1/s).
+    """Part of a run.
 
-    Extremes, and the state that swings most.
+    How much the logarithms of the directions' lengths grow in each stretch, how far the own direction
+    misses itself (1/s), extremes, and the state that swings most after each step.
     """
 
-    time: float
-    exponents: Array
+    growth: Array
     own: float
     lowest: Array
     highest: Array
@@ -351,7 +362,8 @@ class _Tangent:
     def go(self, duration: float) -> _Part:
         """Go on for some time (s) and return what was found."""
         stretches = max(1, round(duration / self.stretch))
-        growth, missed = np.zeros(self._directions.shape[1]), 0.0
+        growth: list[Array] = []
+        missed = 0.0
         slope = self._slope()
         ends: list[Array] = [self.state]
         lowest, highest = self.state, self.state
@@ -363,7 +375,7 @@ class _Tangent:
             if not np.isfinite(carried).all():
                 raise diverged(self._setting, self.stretch, np.array(ends))
             self._directions, triangle = np.linalg.qr(carried)
-            growth += np.log(np.maximum(np.abs(np.diag(triangle)), np.finfo(float).tiny))
+            growth.append(np.log(np.maximum(np.abs(np.diag(triangle)), np.finfo(float).tiny)))
             self.state = shot.states[-1].copy()
             before, slope = slope, self._slope()
             missed += self._missed(derivatives @ before, slope)
@@ -376,7 +388,7 @@ class _Tangent:
             self._swinging = int(np.argmax(np.ptp(ends, axis=0) / self._scale))
         time = stretches * self.stretch
         signal = np.concatenate(signals) if signals else np.zeros(0)
-        return _Part(time, growth / time, missed / time, lowest, highest, signal)
+        return _Part(np.array(growth), missed / time, lowest, highest, signal)
 
     def _slope(self) -> Array:
         """Return the motion's own direction."""
@@ -399,7 +411,29 @@ def _orthonormal(n: int, count: int) -> Array:
     return np.asarray(np.linalg.qr(np.random.default_rng(0).standard_normal((n, count)))[0])
 
 
-def _passages(signal: Array) -> int:
-    """Return how often a signal passes its mean upwards."""
-    above = signal > signal.mean()
-    return int(np.count_nonzero(~above[:-1] & above[1:]))
+def _passages(signal: Array, step: float) -> Array:
+    """Return the times (s) at which a signal passes its mean upwards; it starts after one step (s)."""
+    above = signal - signal.mean()
+    k = np.flatnonzero((above[:-1] <= 0.0) & (above[1:] > 0.0))
+    return np.asarray(step * (1.0 + k + above[k] / (above[k] - above[k + 1])))
+
+
+def _frequency(passages: Array) -> float:
+    """Return the mean frequency (Hz) of passages."""
+    if len(passages) < 2:
+        return 0.0
+    return float((len(passages) - 1) / (passages[-1] - passages[0]))
+
+
+def _blocks(growth: Array, stretch: float, passages: Array) -> tuple[Array, Array]:
+    """Return the ends (s) of blocks of a run, and the mean exponents (1/s) of these blocks.
+
+    Within a stretch (s) what grows is taken as growing evenly.
+    """
+    grown = np.concatenate([np.zeros((1, growth.shape[1])), np.cumsum(growth, axis=0)])
+    times = stretch * np.arange(len(grown))
+    ends = np.linspace(0.0, times[-1], _BLOCKS + 1)
+    if len(passages) >= 2 * _BLOCKS:
+        ends = passages[np.round(np.linspace(0, len(passages) - 1, _BLOCKS + 1)).astype(int)]
+    at_ends = np.array([np.interp(ends, times, column) for column in grown.T]).T
+    return ends, np.diff(at_ends, axis=0) / np.diff(ends)[:, None]

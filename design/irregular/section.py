@@ -127,12 +127,18 @@ class PoincareSection:
 
         Back is where the second half of the points repeats to 0.1 % of the swing of every state.
         """
-        points = self.states[len(self) // 2 :]
+        most = min(_LONGEST_RETURN, len(self) - len(self) // 2 - 1)
+        return next((k for k in range(1, most + 1) if self.miss(k) <= _RETURN), None)
+
+    def miss(self, points: int) -> float:
+        """Return how far the motion is from coming back after some points, in units of its swing.
+
+        The largest distance of any state in the second half of the points.
+        """
+        checks.whole("points", points, high=max(1, len(self) - len(self) // 2 - 1))
+        last = self.states[len(self) // 2 :]
         swing = np.maximum(self.highest - self.lowest, _STILL * self.scale)
-        for k in range(1, min(_LONGEST_RETURN, len(points) - 1) + 1):
-            if (np.abs(points[k:] - points[:-k]) <= _RETURN * swing).all():
-                return k
-        return None
+        return float((np.abs(last[points:] - last[:-points]) / swing).max(initial=0.0))
 
     @property
     def kind(self) -> str:

@@ -73,6 +73,10 @@ def test_periods_of_the_rossler_system_double(c, period):
         ROSSLER.replace(c=c), speed=1.0, duration=400.0, settle=800.0, perturbation=ROSSLER_START
     )
     assert found.period == period
+    if period is not None:
+        assert found.miss(period) < 1e-3
+        assert found.miss(2 * period) < 1e-3
+        assert period == 1 or found.miss(period // 2) > 0.01
 
 
 @pytest.fixture(scope="module")
