@@ -125,15 +125,35 @@ def test_derivatives_that_miss_a_jump_are_told_by_the_motions_own_direction():
 def test_exponents_of_a_hunting_vehicle_are_those_of_its_floquet_multipliers(request, vehicle, speed):
     model = request.getfixturevalue(vehicle)
     away = {"y_w1": 8e-3, "y_w2": 8e-3}
-    cycle = design.simulated_cycle(model, speed=speed, perturbation=away)
+    cycle = design.simulated_cycle(model, speed=speed, perturbation=away, steps_per_period=1600)
     floquet = np.log(np.abs(cycle.multipliers[:2])) / cycle.period
     found = design.lyapunov_exponents(
-        model, speed=speed, initial_state=cycle.states[0], duration=50.0, settle=5.0
+        model, speed=speed, initial_state=cycle.states[0], duration=40.0, settle=20.0
     )
     assert found.kind == "periodic"
     assert found.exponents[0] == pytest.approx(0.0, abs=found.bound[0])
-    np.testing.assert_allclose(found.exponents[1:], floquet, atol=0.1)
+    np.testing.assert_allclose(found.exponents[1:], floquet, atol=0.05)
     assert found.swing[0] == pytest.approx(cycle.amplitude["y_w1"], rel=1e-3)
+
+
+def test_chaos_of_the_coach_on_a_curve_has_the_exponent_of_its_return_map(coach):
+    place = {"speed": 122.0, "radius": 6250.0, "cant": 0.0873}
+    section = design.poincare_section(
+        coach, **place, perturbation={"y_w1": 8e-3, "y_w2": 8e-3}, duration=120.0
+    )
+    before, after = section.return_map()
+    order = np.argsort(before)
+    near = (order[max(0, i - 5) : i + 6] for i in range(len(order)))
+    slopes = [np.polyfit(before[k], after[k], 1)[0] for k in near]
+    of_map = np.log(np.abs(slopes)).mean() / np.diff(section.time).mean()
+    found = design.lyapunov_exponents(
+        coach, **place, initial_state=section.end, duration=60.0, settle=5.0
+    )
+    assert found.kind == "chaotic"
+    assert found.largest == pytest.approx(of_map, abs=3.0 * found.error[0])
+    assert 0.7 < of_map < 1.1
+    assert found.exponents[1] == pytest.approx(0.0, abs=0.1)
+    assert 2.1 < found.kaplan_yorke < 2.3
 
 
 def test_a_coach_below_its_critical_speed_is_an_equilibrium_with_the_damping_of_its_modes(coach):
