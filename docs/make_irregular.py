@@ -106,8 +106,8 @@ CASES = (
     Case("`HIGH_SPEED_COACH_S1002` bogie", math.inf, 85.0, 100.0, 136.0, 3.0),
     Case("`HIGH_SPEED_COACH_S1002` bogie", 6250.0, 90.0, 110.0, 146.0, 4.0),
     Case("`HIGH_SPEED_COACH`, whole", math.inf, 70.0, 90.0, 200.0, 10.0, over=60.0),
-    Case("`HIGH_SPEED_COACH`, whole", 10000.0, 78.0, 90.0, 158.0, 4.0, over=150.0),
-    Case("`HIGH_SPEED_COACH`, whole", 6250.0, 74.0, 90.0, 126.0, 2.0, over=150.0),
+    Case("`HIGH_SPEED_COACH`, whole", 10000.0, 78.0, 90.0, 158.0, 4.0, over=60.0),
+    Case("`HIGH_SPEED_COACH`, whole", 6250.0, 74.0, 90.0, 126.0, 2.0, over=60.0),
     Case("`HIGH_SPEED_COACH`, whole", 4000.0, 67.0, 75.0, 97.0, 2.0, over=240.0),
 )
 
