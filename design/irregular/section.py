@@ -241,7 +241,7 @@ def poincare_section(
     >>> import design, railenv
     >>> model = railenv.CooperriderBogie()
     >>> print(design.poincare_section(model, speed=70.0, duration=20.0))
-    92 points at maximum of y_w1; period 1
+    80 points at maximum of y_w1; period 1
     """
     setting = setting_of(model, speed, radius, cant, inputs)
     duration = checks.number("duration", duration, low=0.0, open_low=True, unit="s")
