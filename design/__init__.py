@@ -6,6 +6,8 @@
 hunting from 116.4741 m/s at 3.1135 Hz
 """
 
+from design.curves.curve import BifurcationCurve, CurveError, CurvePoint, CurveSpecialPoint
+from design.curves.follow import bifurcation_curve
 from design.cycles.branch import cycle_branch
 from design.cycles.cycle import Cycle, CycleBranch, CycleError, SpecialPoint
 from design.cycles.diagram import SimulatedDiagram, simulated_diagram
@@ -45,10 +47,14 @@ from design.studies.stability_map import StabilityMap, stability_map
 from design.studies.study import Study, run_study
 
 __all__ = [
+    "BifurcationCurve",
     "ChannelMargins",
     "ClosedLoop",
     "CriticalPoint",
     "CriticalSpeed",
+    "CurveError",
+    "CurvePoint",
+    "CurveSpecialPoint",
     "CurveSweep",
     "Cycle",
     "CycleBranch",
@@ -81,6 +87,7 @@ __all__ = [
     "VehicleLocus",
     "Weights",
     "balanced",
+    "bifurcation_curve",
     "closed_loop",
     "critical_speed",
     "curve_sweep",

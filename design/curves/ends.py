@@ -1,0 +1,64 @@
+"""Where curves end other than at the end of a range."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from design.curves.bordering import NoPoint
+from design.curves.follower import Follower, Node
+from design.curves.locate import located
+from design.curves.plane import Plane
+from design.curves.systems import hopf_system
+
+_CLOSED = 0.1  # of a step: how near a closed curve passes its first point
+_STEP, _STEPS = 0.1, 12  # longest step to a Bautin point, and how many on either side
+_FARTHEST = 0.5  # units of arclength from where the amplitude went to zero to the Bautin point
+
+
+def bautin_near(plane: Plane, smallest: Node) -> Node | None:
+    """Return the Bautin point at which a curve of folds of periodic motions ends.
+
+    Parameters
+    ----------
+    plane : Plane
+    smallest : Node
+        Its last point, of a motion of small amplitude.
+
+    Returns
+    -------
+    Node or None
+        Where the first Lyapunov coefficient changes its sign along the curve of Hopf points; None where it
+        does not do so nearby, as with equations that are not smooth enough to have one.
+    """
+    n, period = plane.model.n_states, float(smallest.z[-3])
+    guess = np.concatenate([smallest.z[:n], smallest.values])
+    found = []
+    for direction in (1, -1):
+        follower = Follower(hopf_system(plane, 2j * math.pi / period), _STEP)
+        try:
+            last = follower.start(guess, direction)
+            for _ in range(_STEPS):
+                new = follower.advance()
+                found += [node for _, kind, node in located(follower, last, new) if kind == "Bautin"]
+                last = follower.accept(new)
+        except NoPoint:
+            continue
+    off = [float(np.abs((node.values - smallest.values) / plane.units).max()) for node in found]
+    return found[int(np.argmin(off))] if off and min(off) < _FARTHEST else None
+
+
+def closes(first: Node, last: Node, new: Node, phased: bool) -> bool:
+    """Whether a step passes the first point of the curve in the first direction.
+
+    The state of a periodic motion is left out: its phase has moved.
+    """
+    compared = slice(-3 if phased else 0, None)
+    before, after, here = (p.z[compared] / new.scale[compared] for p in (last, new, first))
+    chord = after - before
+    length = float(np.linalg.norm(chord))
+    way = float((here - before) @ chord) / length
+    off = float(np.linalg.norm(here - before - way / length * chord))
+    same = float((first.tangent * first.scale)[compared] @ (chord * new.scale[compared])) > 0.0
+    return same and 0.0 < way <= length and off < _CLOSED * length

@@ -1,0 +1,203 @@
+"""Follows a curve from one of its points to both sides, and says why it ends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import numpy as np
+from numpy.typing import NDArray
+
+from design.curves.bordering import NoPoint
+from design.curves.curve import BifurcationCurve, CurveError, CurveKind
+from design.curves.ends import bautin_near, closes
+from design.curves.features import VANISHING
+from design.curves.follower import Follower, Node
+from design.curves.joined import Side, joined
+from design.curves.locate import located, vanished
+from design.curves.plane import Plane
+from design.curves.systems import System
+
+Array = NDArray[np.float64]
+
+_INACCURATE = 0.5  # error of the trivial multiplier
+_LONGEST_PERIOD = 20.0  # times the first
+_SMALLEST = 0.02  # of the model's scale: a motion that is stuck at such an amplitude vanishes
+_LAST = {
+    ("Hopf", "Bogdanov-Takens"): "the frequency goes to zero: a Bogdanov-Takens point",
+    ("torus", "1:1 resonance"): "the two multipliers meet at 1",
+    ("torus", "1:2 resonance"): "the two multipliers meet at -1",
+}
+"""Special points at which a kind of curve ends, and what happens there."""
+
+
+class Run:
+    """A curve while it is followed.
+
+    Parameters
+    ----------
+    kind : str
+    system : callable
+        Returns the equations, which refer to the start.
+    guess : ndarray
+        The start: state, period (of periodic motions), the two parameters.
+    longest_step : float
+        Of arclength.
+    """
+
+    def __init__(
+        self,
+        kind: CurveKind,
+        plane: Plane,
+        system: Callable[[], System],
+        guess: Array,
+        longest_step: float,
+    ) -> None:
+        self._kind = kind
+        self._plane = plane
+        self._system = system
+        self._guess = guess
+        self._longest = longest_step
+        self._interrupted = False
+
+    def curve(self, points: int, progress: bool) -> BifurcationCurve:
+        """Follow the curve to both sides, up to so many points on each."""
+        sides: list[Side] = []
+        with _shown(progress, f"{self._kind}, {self._plane.model.name}", 2 * points) as update:
+            for direction in (1, -1):
+                sides.append(self._side(direction, points, update))
+                if sides[-1].closed or self._interrupted:
+                    break
+        return joined(self._kind, self._plane, sides)
+
+    def _side(self, direction: int, points: int, update: Callable[[], None]) -> Side:
+        side = Side()
+        system = self._system()
+        follower = Follower(system, self._longest)
+        try:
+            side.nodes.append(follower.start(self._guess, direction))
+        except NoPoint:
+            raise self._lost() from None
+        if self._plane.left(side.nodes[0].values) is not None:
+            raise self._lost()
+        try:
+            while not side.ended:
+                self._step(side, follower, system)
+                update()
+                if not side.ended and len(side.nodes) >= points:
+                    side.ended = f"{points} points were computed"
+        except KeyboardInterrupt:
+            self._interrupted = True
+            side.ended, side.complete = "interrupted", False
+        return side
+
+    def _lost(self) -> CurveError:
+        start = ", ".join(
+            f"{name} {v:.6g}" for name, v in zip(self._plane.parameters, self._guess[-2:], strict=True)
+        )
+        return CurveError(
+            f"no {self._kind} point of {self._plane.model.name} within the ranges is found near the "
+            f"start, {start}; the model must have the parameters that the start was found with"
+        )
+
+    # ------------------------------------------------------------------------------ steps
+
+    def _step(self, side: Side, follower: Follower, system: System) -> None:
+        """Add the next point, and the special points before it; say why, where the curve ends."""
+        last = side.nodes[-1]
+        try:
+            new = follower.advance()
+        except NoPoint:
+            self._stop(side)
+            return
+        if vanished(last, new):
+            self._vanishes(side, min(last, new, key=_heading))
+            return
+        inside = self._within(side, follower, new)
+        if inside is None:
+            return
+        new = inside
+        for _, kind, point in sorted(located(follower, last, new), key=lambda found: found[0]):
+            side.special.append((kind, point, system.numbers(kind, point.z, point.scale)))
+            reason = _LAST.get((self._kind, kind))
+            if reason is not None:
+                side.ended = f"{reason}, at {self._told(point)}"
+                side.nodes.append(point)
+                return
+        side.nodes.append(follower.accept(new) if not side.ended else new)
+        self._look_at(side)
+
+    def _within(self, side: Side, follower: Follower, new: Node) -> Node | None:
+        """Return a point that is on the end of a range where it would pass that; say that it is."""
+        for _ in range(2):
+            outside = self._plane.left(new.values)
+            if outside is None:
+                return new
+            name = self._plane.parameters[outside[0]]
+            side.ended = f"the end of the range, {name} {outside[1]:g}, is reached"
+            try:
+                new = follower.at_limit(new, *outside)
+            except NoPoint:
+                near = side.nodes[-1].values[outside[0]]
+                side.complete = bool(abs(near - outside[1]) < 1e-9 * self._plane.units[outside[0]])
+                return None
+        return new
+
+    def _look_at(self, side: Side) -> None:
+        """Say why a curve ends at the last point, if it does."""
+        first, last = side.nodes[0], side.nodes[-1]
+        told, start = last.features, first.features
+        if told.error > _INACCURATE:
+            side.complete = False
+            side.ended = (
+                f"the motion at {self._told(last)} is too unstable to be integrated over its period "
+                f"(the trivial multiplier is wrong by {told.error:.2g})"
+            )
+        elif (told.period or 0.0) > _LONGEST_PERIOD * (start.period or np.inf):
+            side.ended = (
+                f"the period grows without bound at {self._told(last)}, where it is {told.period:.4g} s"
+            )
+        elif len(side.nodes) > 3 and closes(first, side.nodes[-2], last, told.amplitudes is not None):
+            side.nodes[-1] = first
+            side.closed = True
+            side.ended = "the curve is closed"
+
+    def _told(self, point: Node) -> str:
+        pairs = zip(self._plane.parameters, point.values, strict=True)
+        return ", ".join(f"{name} {value:.6g}" for name, value in pairs)
+
+    def _vanishes(self, side: Side, smallest: Node) -> None:
+        """End where the amplitude goes to zero; at folds, look for the Bautin point there."""
+        side.ended = f"the amplitude goes to zero, on a Hopf curve near {self._told(smallest)}"
+        if self._kind == "fold of cycles":
+            bautin = bautin_near(self._plane, smallest)
+            if bautin is not None:
+                side.special.append(("Bautin", bautin, {}))
+                side.ended = f"the amplitude goes to zero at a Bautin point, {self._told(bautin)}"
+
+    def _stop(self, side: Side) -> None:
+        """End where no step leads on."""
+        last = side.nodes[-1]
+        amplitudes, scale = last.features.amplitudes, self._plane.model.scale
+        if amplitudes is not None and float((amplitudes / scale).max()) < _SMALLEST:
+            self._vanishes(side, last)
+            return
+        side.ended = f"no step leads on from {self._told(last)}; the equations may jump there"
+        side.complete = False
+
+
+def _heading(point: Node) -> float:
+    return abs(point.features.smooth[VANISHING])
+
+
+@contextmanager
+def _shown(progress: bool, title: str, total: int) -> Iterator[Callable[[], None]]:
+    """Show how many points a curve has."""
+    if not progress:
+        yield lambda: None
+        return
+    from rich.progress import Progress
+
+    with Progress(transient=True) as bar:
+        task = bar.add_task(title, total=total)
+        yield lambda: bar.advance(task)
