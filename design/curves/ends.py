@@ -29,8 +29,8 @@ def bautin_near(plane: Plane, smallest: Node) -> Node | None:
     Returns
     -------
     Node or None
-        Where the first Lyapunov coefficient changes its sign along the curve of Hopf points; None where it
-        does not do so nearby, as with equations that are not smooth enough to have one.
+        Where the first Lyapunov coefficient changes its sign along the curve of Hopf points; None
+        where it does not do so nearby, as with equations that are not smooth enough to have one.
     """
     n, period = plane.model.n_states, float(smallest.z[-3])
     guess = np.concatenate([smallest.z[:n], smallest.values])

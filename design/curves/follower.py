@@ -14,7 +14,8 @@ from design.curves.features import Features
 Array = NDArray[np.float64]
 
 _NEWTON_TOLERANCE = 1e-7  # last correction, in units of arclength
-_NEWTON_STEPS, _FIRST_STEPS = 8, 15
+_NEWTON_STEPS = 10
+_STALLED, _SHRINKS, _IDLE = 1e-4, 0.5, 2  # corrections that no longer shrink, where they may stop to
 _FARTHEST_CORRECTION = 30.0
 _FIRST_STEP, _SMALLEST_STEP = 0.02, 1e-6
 _GROWTH, _FEW_STEPS = 1.5, 4  # of the step, after a corrector of so few Newton steps
@@ -97,19 +98,8 @@ class Follower:
         NoPoint
             If Newton's method does not converge.
         """
-        z = guess
-        scale = self._equations.scale(z)
-        for _ in range(_FIRST_STEPS):
-            residual, rows = self._equations.system(z, scale)
-            change = np.linalg.lstsq(rows, residual, rcond=None)[0]
-            size = float(np.abs(change).max())
-            if not size < _FARTHEST_CORRECTION:
-                raise NoPoint
-            z = z - change * scale
-            if size < _NEWTON_TOLERANCE:
-                break
-        else:
-            raise NoPoint
+        scale = self._equations.scale(guess)
+        z, _, _ = self._solve(guess, None, scale)
         scale = self._equations.scale(z)
         tangent = np.linalg.svd(self._equations.settle(z, scale))[2][-1]
         moving = tangent[-2:][np.abs(tangent[-2:]) > 1e-9 * np.abs(tangent[-2:]).max()]
@@ -145,6 +135,10 @@ class Follower:
         if steps <= _FEW_STEPS:
             self._step = min(_GROWTH * self._step, self._longest)
         return new
+
+    def restart(self) -> None:
+        """Try again with short steps, after the equations were refined."""
+        self._step = min(_FIRST_STEP, self._longest)
 
     def accept(self, new: Node) -> Node:
         """Go on from a point; it is returned with the tangent as new phases have it."""
@@ -202,22 +196,30 @@ class Follower:
         guess = last.z + (3.0 * t**2 - 2.0 * t**3) * way
         return np.asarray(guess + (t - 2.0 * t**2 + t**3) * start + (t**3 - t**2) * end)
 
-    def _solve(self, guess: Array, normal: Array, scale: Array) -> tuple[Array, Array, int]:
-        """Solve by Newton's method in the hyperplane through a guess with a normal."""
-        z, smallest = guess, np.inf
+    def _solve(self, guess: Array, normal: Array | None, scale: Array) -> tuple[Array, Array, int]:
+        """Solve by Newton's method in the hyperplane through a guess with a normal; near it without.
+
+        Where equations have kinks, derivatives of a period jump a little as a kink moves from one step
+        in time to the next, and so does the condition. Corrections then stop to shrink, at a
+        distance from a fold at which its parameters are wrong by the square only.
+        """
+        z, smallest, idle = guess, np.inf, 0
         for steps in range(1, _NEWTON_STEPS + 1):
             residual, rows = self._equations.system(z, scale)
-            right = np.append(residual, normal @ ((z - guess) / scale))
-            try:
-                change = np.linalg.solve(np.vstack([rows, normal]), right)
-            except np.linalg.LinAlgError:
-                raise NoPoint from None
+            if normal is None:
+                change = np.linalg.lstsq(rows, residual, rcond=None)[0]
+            else:
+                residual = np.append(residual, normal @ ((z - guess) / scale))
+                change = _solved(np.vstack([rows, normal]), residual)
             size = float(np.abs(change).max())
-            if not size < min(_FARTHEST_CORRECTION, 4.0 * smallest):
+            if not size < _FARTHEST_CORRECTION:
                 raise NoPoint
-            z, smallest = z - change * scale, min(size, smallest)
-            if size < _NEWTON_TOLERANCE:
+            z = z - change * scale
+            if size < _NEWTON_TOLERANCE or (idle and size < _STALLED):
                 return z, rows, steps
+            smallest, idle = min(size, smallest), idle + (size >= _SHRINKS * smallest)
+            if idle > _IDLE:
+                break
         raise NoPoint
 
     def _node(self, z: Array, rows: Array, last: Node) -> Node:
@@ -236,9 +238,12 @@ class Follower:
 def _tangent(rows: Array, towards: Array) -> Array:
     """Return the unit null vector of N rows that points to the side of another vector."""
     matrix = np.vstack([rows, towards / np.linalg.norm(towards)])
-    last = np.append(np.zeros(len(rows)), 1.0)
+    found = _solved(matrix, np.append(np.zeros(len(rows)), 1.0))
+    return np.asarray(found / np.linalg.norm(found))
+
+
+def _solved(matrix: Array, right: Array) -> Array:
     try:
-        found = np.linalg.solve(matrix, last)
+        return np.asarray(np.linalg.solve(matrix, right))
     except np.linalg.LinAlgError:
         raise NoPoint from None
-    return np.asarray(found / np.linalg.norm(found))

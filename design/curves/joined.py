@@ -31,6 +31,8 @@ class Side:
         Whether it ends as it was meant to.
     closed : bool
         Whether it comes back to its start.
+    interrupted : bool
+        Whether the user stopped it.
     """
 
     nodes: list[Node] = field(default_factory=list)
@@ -38,6 +40,7 @@ class Side:
     ended: str = ""
     complete: bool = True
     closed: bool = False
+    interrupted: bool = False
 
 
 def joined(kind: CurveKind, plane: Plane, sides: list[Side]) -> BifurcationCurve:

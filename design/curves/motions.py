@@ -22,8 +22,9 @@ Array = NDArray[np.float64]
 
 _RELATIVE_UNIT = 0.1  # of an equilibrium's state
 _PERIOD_UNIT = 0.5  # of the period
+_HALVINGS = 3  # of the steps in time, where no step leads on
 _COARSE = 1.25  # times the first step in time, above which a period gets more steps
-DIFFERENCE = 1e-5
+DIFFERENCE = 1e-4
 """Length of the differences of first derivatives, in units of arclength."""
 
 
@@ -69,6 +70,9 @@ class Motion(Protocol):
 
     def settle(self, z: Array) -> None:
         """Refer phase and mesh to a motion that was found."""
+
+    def refine(self) -> bool:
+        """Integrate with more steps, where that is possible."""
 
     def displaced(self, local: Local, direction: Array, length: float) -> Array:
         """Return ``map`` at a distance along a direction, shape (inner,)."""
@@ -123,6 +127,10 @@ class Steady:
     def settle(self, z: Array) -> None:
         """Do nothing: an equilibrium has no phase."""
 
+    def refine(self) -> bool:
+        """Do nothing: an equilibrium is not integrated."""
+        return False
+
     def displaced(self, local: Local, direction: Array, length: float) -> Array:
         """Return ``map`` at a distance along a direction, shape (inner,)."""
         z = local.z.copy()
@@ -153,6 +161,7 @@ class Periodic:
         self.part = 1.0 if signs is None else 0.5
         self.shooting = Shooting(plane, max(1, round(self.part * (len(states) - 1))))
         self._step = self.part * period / self.shooting.steps
+        self._halvings = 0
         self.states = states
         self.reference = states[0].copy()
         self.direction = self.shooting.slope(states[0], plane.start)
@@ -201,6 +210,15 @@ class Periodic:
         needed = math.ceil(self.part * z[n] / self._step)
         if needed > _COARSE * self.shooting.steps:
             self.shooting.steps = needed
+
+    def refine(self) -> bool:
+        """Halve the steps in time, up to three times; whether they were halved."""
+        if self._halvings == _HALVINGS:
+            return False
+        self._halvings += 1
+        self._step /= 2.0
+        self.shooting.steps *= 2
+        return True
 
     def displaced(self, local: Local, direction: Array, length: float) -> Array:
         """Return ``map`` at a distance along a direction, shape (inner,)."""

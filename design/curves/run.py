@@ -58,7 +58,6 @@ class Run:
         self._system = system
         self._guess = guess
         self._longest = longest_step
-        self._interrupted = False
 
     def curve(self, points: int, progress: bool) -> BifurcationCurve:
         """Follow the curve to both sides, up to so many points on each."""
@@ -66,7 +65,7 @@ class Run:
         with _shown(progress, f"{self._kind}, {self._plane.model.name}", 2 * points) as update:
             for direction in (1, -1):
                 sides.append(self._side(direction, points, update))
-                if sides[-1].closed or self._interrupted:
+                if sides[-1].closed or sides[-1].interrupted:
                     break
         return joined(self._kind, self._plane, sides)
 
@@ -87,7 +86,7 @@ class Run:
                 if not side.ended and len(side.nodes) >= points:
                     side.ended = f"{points} points were computed"
         except KeyboardInterrupt:
-            self._interrupted = True
+            side.interrupted = True
             side.ended, side.complete = "interrupted", False
         return side
 
@@ -108,7 +107,10 @@ class Run:
         try:
             new = follower.advance()
         except NoPoint:
-            self._stop(side)
+            if self._shrunk(last) or not system.motion.refine():
+                self._stop(side)
+            else:
+                follower.restart()
             return
         if vanished(last, new):
             self._vanishes(side, min(last, new, key=_heading))
@@ -175,11 +177,14 @@ class Run:
                 side.special.append(("Bautin", bautin, {}))
                 side.ended = f"the amplitude goes to zero at a Bautin point, {self._told(bautin)}"
 
+    def _shrunk(self, last: Node) -> bool:
+        amplitudes, scale = last.features.amplitudes, self._plane.model.scale
+        return amplitudes is not None and float((amplitudes / scale).max()) < _SMALLEST
+
     def _stop(self, side: Side) -> None:
         """End where no step leads on."""
         last = side.nodes[-1]
-        amplitudes, scale = last.features.amplitudes, self._plane.model.scale
-        if amplitudes is not None and float((amplitudes / scale).max()) < _SMALLEST:
+        if self._shrunk(last):
             self._vanishes(side, last)
             return
         side.ended = f"no step leads on from {self._told(last)}; the equations may jump there"
