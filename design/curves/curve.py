@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
+
+_REAL = 1e-9  # imaginary parts of roots below count as none
 CurveKind = Literal[
     "Hopf",
     "fold of equilibria",
@@ -203,7 +205,7 @@ class BifurcationCurve:
             polynomial = piece[k].copy()
             polynomial[-1] -= value
             roots = np.roots(np.trim_zeros(polynomial, "f"))
-            inside = (np.abs(roots.imag) < 1e-9) & (roots.real >= 0.0) & (roots.real < 1.0)
+            inside = (np.abs(roots.imag) < _REAL) & (roots.real >= 0.0) & (roots.real < 1.0 - _REAL)
             found += [float(np.polyval(piece[1 - k], t)) for t in np.sort(roots[inside].real)]
         last = self.points[-1].values
         return (*found, last[1 - k]) if last[k] == value else tuple(found)

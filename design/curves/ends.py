@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -47,6 +48,27 @@ def bautin_near(plane: Plane, smallest: Node) -> Node | None:
             continue
     off = [float(np.abs((node.values - smallest.values) / plane.units).max()) for node in found]
     return found[int(np.argmin(off))] if off and min(off) < _FARTHEST else None
+
+
+def at_rest(bautin: Node, last: Node) -> Node:
+    """Return a Bautin point as the motion of no amplitude in which a curve of folds ends.
+
+    The parameters change with the square of the amplitude, so they stand still there.
+    """
+    told, n = bautin.features, len(bautin.z) - 2
+    assert told.period is not None
+    multipliers = np.exp(told.spectrum * told.period)
+    z = np.concatenate([bautin.z[:n], [told.period], bautin.values])
+    tangent = last.tangent.copy()
+    tangent[-2:] = 0.0
+    end = replace(
+        last.features,
+        period=told.period,
+        amplitudes=np.zeros(n),
+        spectrum=np.delete(multipliers, int(np.argmin(np.abs(multipliers - 1.0)))),
+        coefficient=0.0,
+    )
+    return Node(z, last.scale, tangent / np.linalg.norm(tangent), end)
 
 
 def closes(first: Node, last: Node, new: Node, phased: bool) -> bool:

@@ -31,8 +31,6 @@ class Side:
         Whether it ends as it was meant to.
     closed : bool
         Whether it comes back to its start.
-    interrupted : bool
-        Whether the user stopped it.
     """
 
     nodes: list[Node] = field(default_factory=list)
@@ -40,13 +38,12 @@ class Side:
     ended: str = ""
     complete: bool = True
     closed: bool = False
-    interrupted: bool = False
 
 
 def joined(kind: CurveKind, plane: Plane, sides: list[Side]) -> BifurcationCurve:
     """Return one or two sides as one curve, in the direction of the first."""
     forward = sides[0]
-    backward = sides[1] if len(sides) > 1 else Side(forward.nodes[:1], [], forward.ended)
+    backward = sides[1] if len(sides) > 1 else Side([], [], forward.ended)
     nodes = [*backward.nodes[:0:-1], *forward.nodes]
     pieces = [_piece(q, p, -1.0) for p, q in pairwise(backward.nodes)][::-1]
     pieces += [_piece(p, q, 1.0) for p, q in pairwise(forward.nodes)]

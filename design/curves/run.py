@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from design.curves.bordering import NoPoint
 from design.curves.curve import BifurcationCurve, CurveError, CurveKind
-from design.curves.ends import bautin_near, closes
-from design.curves.features import VANISHING
+from design.curves.ends import at_rest, bautin_near, closes
 from design.curves.follower import Follower, Node
 from design.curves.joined import Side, joined
 from design.curves.locate import located, vanished
@@ -22,7 +21,8 @@ Array = NDArray[np.float64]
 
 _INACCURATE = 0.5  # error of the trivial multiplier
 _LONGEST_PERIOD = 20.0  # times the first
-_SMALLEST = 0.02  # of the model's scale: a motion that is stuck at such an amplitude vanishes
+_SMALLEST, _SMALLER = 0.02, 0.1  # of the model's scale, of the first: a smaller motion vanishes
+_ON_END = 1e-9  # units of arclength from the end of a range
 _LAST = {
     ("Hopf", "Bogdanov-Takens"): "the frequency goes to zero: a Bogdanov-Takens point",
     ("torus", "1:1 resonance"): "the two multipliers meet at 1",
@@ -64,13 +64,20 @@ class Run:
         sides: list[Side] = []
         with _shown(progress, f"{self._kind}, {self._plane.model.name}", 2 * points) as update:
             for direction in (1, -1):
-                sides.append(self._side(direction, points, update))
-                if sides[-1].closed or sides[-1].interrupted:
+                side = Side()
+                sides.append(side)
+                try:
+                    self._follow(side, direction, points, update)
+                except KeyboardInterrupt:
+                    side.ended, side.complete = "interrupted", False
+                    if not sides[0].nodes:
+                        raise
+                    break
+                if side.closed:
                     break
         return joined(self._kind, self._plane, sides)
 
-    def _side(self, direction: int, points: int, update: Callable[[], None]) -> Side:
-        side = Side()
+    def _follow(self, side: Side, direction: int, points: int, update: Callable[[], None]) -> None:
         system = self._system()
         follower = Follower(system, self._longest)
         try:
@@ -79,16 +86,12 @@ class Run:
             raise self._lost() from None
         if self._plane.left(side.nodes[0].values) is not None:
             raise self._lost()
-        try:
-            while not side.ended:
-                self._step(side, follower, system)
-                update()
-                if not side.ended and len(side.nodes) >= points:
-                    side.ended = f"{points} points were computed"
-        except KeyboardInterrupt:
-            side.interrupted = True
-            side.ended, side.complete = "interrupted", False
-        return side
+        while len(side.nodes) < points:
+            self._step(side, follower, system)
+            update()
+            if side.ended:
+                return
+        side.ended = f"{points} points were computed"
 
     def _lost(self) -> CurveError:
         start = ", ".join(
@@ -107,13 +110,14 @@ class Run:
         try:
             new = follower.advance()
         except NoPoint:
-            if self._shrunk(last) or not system.motion.refine():
-                self._stop(side)
-            else:
+            if system.motion.refine():
                 follower.restart()
+            else:
+                side.ended = f"no step leads on from {self._told(last)}; the equations may jump there"
+                side.complete = False
             return
-        if vanished(last, new):
-            self._vanishes(side, min(last, new, key=_heading))
+        if vanished(last, new) or self._shrunk(side, new):
+            self._vanishes(side, new)
             return
         inside = self._within(side, follower, new)
         if inside is None:
@@ -140,8 +144,12 @@ class Run:
             try:
                 new = follower.at_limit(new, *outside)
             except NoPoint:
-                near = side.nodes[-1].values[outside[0]]
-                side.complete = bool(abs(near - outside[1]) < 1e-9 * self._plane.units[outside[0]])
+                near = abs(side.nodes[-1].values[outside[0]] - outside[1])
+                side.complete = bool(near < _ON_END * self._plane.units[outside[0]])
+                if not side.complete:
+                    side.ended = (
+                        f"{name} {outside[1]:g}, the end of the range, is passed; on it none is found"
+                    )
                 return None
         return new
 
@@ -168,31 +176,27 @@ class Run:
         pairs = zip(self._plane.parameters, point.values, strict=True)
         return ", ".join(f"{name} {value:.6g}" for name, value in pairs)
 
-    def _vanishes(self, side: Side, smallest: Node) -> None:
+    def _shrunk(self, side: Side, new: Node) -> bool:
+        """Whether a motion shrinks below what can be told from an equilibrium."""
+        sizes = [_size(self._plane, node) for node in (side.nodes[0], side.nodes[-1], new)]
+        return sizes[2] < min(_SMALLEST, _SMALLER * sizes[0]) and sizes[2] < sizes[1]
+
+    def _vanishes(self, side: Side, new: Node) -> None:
         """End where the amplitude goes to zero; at folds, look for the Bautin point there."""
+        smallest = min(side.nodes[-1], new, key=lambda node: _size(self._plane, node))
         side.ended = f"the amplitude goes to zero, on a Hopf curve near {self._told(smallest)}"
         if self._kind == "fold of cycles":
             bautin = bautin_near(self._plane, smallest)
             if bautin is not None:
                 side.special.append(("Bautin", bautin, {}))
+                side.nodes.append(at_rest(bautin, side.nodes[-1]))
                 side.ended = f"the amplitude goes to zero at a Bautin point, {self._told(bautin)}"
 
-    def _shrunk(self, last: Node) -> bool:
-        amplitudes, scale = last.features.amplitudes, self._plane.model.scale
-        return amplitudes is not None and float((amplitudes / scale).max()) < _SMALLEST
 
-    def _stop(self, side: Side) -> None:
-        """End where no step leads on."""
-        last = side.nodes[-1]
-        if self._shrunk(last):
-            self._vanishes(side, last)
-            return
-        side.ended = f"no step leads on from {self._told(last)}; the equations may jump there"
-        side.complete = False
-
-
-def _heading(point: Node) -> float:
-    return abs(point.features.smooth[VANISHING])
+def _size(plane: Plane, node: Node) -> float:
+    """Return the largest amplitude of a motion in units of the model's scale; infinite without one."""
+    amplitudes = node.features.amplitudes
+    return np.inf if amplitudes is None else float((amplitudes / plane.model.scale).max())
 
 
 @contextmanager

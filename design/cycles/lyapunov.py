@@ -13,7 +13,8 @@ Complex = NDArray[np.complex128]
 
 _LARGEST_DIFFERENCE, _HALVINGS = 1.0, 16  # of the mode given
 _CONVERGED = 1e-3  # relative difference of successive extrapolated coefficients ...
-_CANCELLED = 1e-2  # ... or of this part of the terms they are the difference of
+_CANCELLED = 1e-2  # ... or of this part of the (complex) terms whose real parts cancel
+_NOTHING = 1e-200  # a direction that is a rounding error of zero
 _HOLDS = 0.1  # relative error that the range of validity allows
 
 
@@ -33,7 +34,7 @@ class _Forms:
 
     def second(self, a: Array, b: Complex) -> Complex:
         """Second derivative along a real and a complex direction."""
-        if not a.any():
+        if not np.abs(a).max() > _NOTHING:
             return np.zeros_like(b)
         ahead, behind, h = self._around(a)
         return np.asarray((ahead - behind) @ b / (2.0 * h))
@@ -44,7 +45,7 @@ class _Forms:
 
     def third(self, a: Array, b: Complex) -> Complex:
         """Third derivative, twice along a real direction and once along a complex one."""
-        if not a.any():
+        if not np.abs(a).max() > _NOTHING:
             return np.zeros_like(b)
         ahead, behind, h = self._around(a)
         middle = self.jacobian(np.zeros_like(a))
@@ -80,7 +81,7 @@ def lyapunov_coefficient(
     largest = float(np.abs(mode).max())
     sizes = _LARGEST_DIFFERENCE * 0.5 ** np.arange(_HALVINGS)
     terms = np.array([_terms(_Forms(jacobian, h * largest), q, omega) for h in sizes])
-    raw = terms.sum(axis=1)
+    raw = terms.sum(axis=1).real
     extrapolated = (4.0 * raw[1:] - raw[:-1]) / 3.0
     size = np.maximum(np.abs(extrapolated), _CANCELLED * np.abs(terms[1:]).max(axis=1))
     change = np.abs(np.diff(extrapolated)) / np.maximum(size[1:], 1e-300)
@@ -93,8 +94,8 @@ def lyapunov_coefficient(
     return limit, (max(usable) if usable else None)
 
 
-def _terms(forms: _Forms, q: Complex, omega: float) -> tuple[float, float, float]:
-    """Return the three terms that the coefficient is the sum of."""
+def _terms(forms: _Forms, q: Complex, omega: float) -> Complex:
+    """Return the three terms of whose sum the coefficient is the real part."""
     A = forms.jacobian(np.zeros(len(q)))
     values, vectors = np.linalg.eig(A.T)
     p = vectors[:, np.argmin(np.abs(values + 1j * omega))]
@@ -108,6 +109,5 @@ def _terms(forms: _Forms, q: Complex, omega: float) -> tuple[float, float, float
     double = np.asarray(np.linalg.solve(2j * omega * np.eye(len(A)) - A, twice), dtype=complex)
     first = forms.second(constant, q)
     second = forms.both(double, conjugate)
-    parts = (np.vdot(p, cubic), -2.0 * np.vdot(p, first), np.vdot(p, second))
-    a, b, c = (float(part.real) / (2.0 * omega) for part in parts)
-    return a, b, c
+    parts = np.array([np.vdot(p, cubic), -2.0 * np.vdot(p, first), np.vdot(p, second)])
+    return np.asarray(parts / (2.0 * omega), dtype=complex)
