@@ -16,6 +16,7 @@ from scipy import linalg
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+_SMALL = 1e-6  # of the largest magnitude: what is near zero is told apart by that much
 _REAL = 1e-9  # of the largest magnitude: imaginary parts below count as none
 
 
@@ -143,7 +144,7 @@ def _nearest_pair(values: Complex, total: float, product: float) -> list[int]:
         couples.append([i, int(np.argmin(np.abs(values - values[i].conj())))])
     if not couples:
         raise NoPoint
-    size = np.sqrt(abs(product)) + abs(total) + 1e-300
+    size = max(np.sqrt(abs(product)), abs(total), _SMALL * float(np.abs(values).max()), 1e-150)
 
     def distance(couple: list[int]) -> float:
         a, b = values[couple]

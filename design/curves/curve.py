@@ -41,8 +41,10 @@ class CurvePoint:
 
     Attributes
     ----------
+    parameters : (str, str)
+        Names of the two parameters.
     values : (float, float)
-        The two parameters.
+        Their values.
     speed, curvature, cant : float
         m/s, 1/m, rad.
     state : ndarray, shape (n_states,)
@@ -61,8 +63,11 @@ class CurvePoint:
         the cube, positive where the new motion is stable (supercritical); folds: that of the square,
         zero at a cusp; None on torus curves. All but the first belong to states in units of the
         model's scale and the amplitude: their signs matter.
+    steps : int
+        Runge-Kutta steps in which the period was integrated; 0 for equilibria.
     """
 
+    parameters: tuple[str, str]
     values: tuple[float, float]
     speed: float
     curvature: float
@@ -73,6 +78,7 @@ class CurvePoint:
     critical: complex
     spectrum: NDArray[np.complex128]
     coefficient: float | None
+    steps: int
 
     @property
     def frequency(self) -> float | None:

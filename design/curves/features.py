@@ -43,6 +43,8 @@ class Features:
         Growths of further eigenvalues, the largest first, by the name of the point where one is zero.
     error : float
         Distance of the trivial multiplier from 1.
+    steps : int
+        In time, of a period.
     """
 
     critical: complex
@@ -53,6 +55,7 @@ class Features:
     smooth: Mapping[str, float] = field(default_factory=dict)
     growths: Mapping[str, Array] = field(default_factory=dict)
     error: float = 0.0
+    steps: int = 0
 
 
 # -------------------------------------------------------------------------- equilibria
@@ -158,7 +161,10 @@ def _periodic(
 ) -> Features:
     amplitudes = half_peak_to_peak(motion.states)
     period = float(local.z[motion.n])
-    return Features(critical, multipliers, coefficient, period, amplitudes, smooth, growths, error)
+    steps = len(motion.states) - 1
+    return Features(
+        critical, multipliers, coefficient, period, amplitudes, smooth, growths, error, steps
+    )
 
 
 def _multipliers(motion: Periodic, local: Local) -> tuple[Complex, float]:

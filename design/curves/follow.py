@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from design.curves import systems
-from design.curves.curve import BifurcationCurve, CurveKind
-from design.curves.mirror import mirror_signs
-from design.curves.plane import Plane, Range
+from design.curves.curve import BifurcationCurve, CurveKind, CurveSpecialPoint
+from design.curves.plane import Range
 from design.curves.run import Run
-from design.curves.systems import System
-from design.cycles.cycle import Cycle, SpecialPoint
-from design.cycles.shooting import Shooting
+from design.curves.starts import from_critical_speed, from_cycle
+from design.curves.switch import through
+from design.cycles.cycle import SpecialPoint
 from design.stability.loss import CriticalSpeed, HopfPoint
 from railenv import checks
 from railenv.errors import ParameterError, shown
 from railenv.models import Model
 
-Array = NDArray[np.float64]
-Start = CriticalSpeed | HopfPoint | SpecialPoint
+Start = CriticalSpeed | HopfPoint | SpecialPoint | CurveSpecialPoint
 
 
 def bifurcation_curve(
@@ -29,6 +25,7 @@ def bifurcation_curve(
     start: Start,
     parameters: Mapping[str, Range],
     *,
+    kind: CurveKind | None = None,
     inputs: ArrayLike | None = None,
     points: int = 100,
     longest_step: float = 0.25,
@@ -43,16 +40,23 @@ def bifurcation_curve(
     Parameters
     ----------
     model : Model
-        With the parameters that the start was found with.
-    start : CriticalSpeed, HopfPoint or SpecialPoint
+        With the parameters that the start was found with; a special point of a curve brings the
+        values of that curve's two.
+    start : CriticalSpeed, HopfPoint, SpecialPoint or CurveSpecialPoint
         Where to start. Hunting gives a curve of Hopf points, a fold in which steady running ends one of
         folds of equilibria; a special point of a branch of limit cycles a curve of its own kind.
+        Through a special point of a curve other curves lead, of which ``kind`` says which one.
     parameters : mapping of str to (float, float)
         The two parameters, each with the range in which the curve is followed: "speed" (m/s),
         "curvature" (1/m), "cant" (rad), or a parameter of the model. Other running conditions are those
         of the start.
+    kind : str, optional
+        From a special point of a curve: "Hopf" (Bautin, Hopf-Hopf, fold-Hopf, Bogdanov-Takens), "fold
+        of equilibria" (fold-Hopf, Bogdanov-Takens), "fold of cycles" (Bautin, fold-flip, fold-torus),
+        "period doubling" (fold-flip, flip-torus, 1:2 resonance) or "torus" (fold-torus, flip-torus,
+        double torus, 1:2 resonance).
     inputs : array_like, shape (n_inputs,), optional
-        Constant inputs of periodic motions, zero when left out; a critical speed brings its own.
+        Constant inputs, zero when left out; a critical speed brings its own.
     points : int
         Most points on either side of the start.
     longest_step : float
@@ -85,90 +89,20 @@ def bifurcation_curve(
     longest_step = checks.number("longest_step", longest_step, low=0.0, open_low=True)
     if isinstance(start, HopfPoint):
         start = start.critical
-    if isinstance(start, CriticalSpeed):
-        run = _from_equilibrium(model, start, parameters, inputs, longest_step)
+    u = checks.vector("inputs", inputs, model.input_names)
+    if isinstance(start, CurveSpecialPoint):
+        beginning = through(model, start, kind, parameters, u)
+    elif kind is not None:
+        raise ParameterError(f"kind is {kind!r}; it is needed at special points of curves only")
+    elif isinstance(start, CriticalSpeed):
+        if inputs is not None:
+            raise ParameterError("inputs are given; a critical speed brings its own")
+        beginning = from_critical_speed(model, start, parameters)
     elif isinstance(start, SpecialPoint):
-        run = _from_cycle(model, start, parameters, inputs, longest_step)
+        beginning = from_cycle(model, start, parameters, u)
     else:
         raise ParameterError(
-            f"start is {shown(start)}; it must be a CriticalSpeed, a HopfPoint or a special point of a "
-            "branch of limit cycles"
+            f"start is {shown(start)}; it must be a CriticalSpeed, a HopfPoint, or a special point of "
+            "a branch of limit cycles or of another curve"
         )
-    return run.curve(points, progress)
-
-
-def _from_equilibrium(
-    model: Model,
-    start: CriticalSpeed,
-    parameters: Mapping[str, Range],
-    inputs: ArrayLike | None,
-    longest_step: float,
-) -> Run:
-    if start.loss not in ("hunting", "fold") or start.period is not None:
-        raise ParameterError(
-            f"start is {start}; a curve of equilibria starts from hunting or a fold of a vehicle "
-            "without a controller in discrete time"
-        )
-    if start.multiplicity > 1:
-        raise ParameterError(
-            f"start is {start}, where {start.multiplicity} modes are critical at once; a curve "
-            "needs one"
-        )
-    assert start.speed is not None
-    assert start.state is not None
-    assert start.eigenvalue is not None
-    if inputs is not None:
-        raise ParameterError("inputs are given; a critical speed brings its own")
-    conditions = (start.speed, checks.curvature(start.radius), start.cant)
-    plane = Plane.of(model, parameters, conditions, start.inputs)
-    guess = np.concatenate([start.state, plane.start])
-    eigenvalue = start.eigenvalue
-
-    def hopf() -> System:
-        return systems.hopf_system(plane, eigenvalue)
-
-    def fold() -> System:
-        return systems.equilibrium_fold_system(plane)
-
-    if start.loss == "hunting":
-        return Run("Hopf", plane, hopf, guess, longest_step)
-    return Run("fold of equilibria", plane, fold, guess, longest_step)
-
-
-def _from_cycle(
-    model: Model,
-    start: SpecialPoint,
-    parameters: Mapping[str, Range],
-    inputs: ArrayLike | None,
-    longest_step: float,
-) -> Run:
-    cycle = start.cycle
-    u = checks.vector("inputs", inputs, model.input_names)
-    plane = Plane.of(model, parameters, (cycle.speed, cycle.curvature, cycle.cant), u)
-    parts = Shooting(plane, 1).parts(cycle.states)
-    if len(parts) != 1:
-        raise ParameterError(
-            f"start is {start}, a motion of {len(parts)} uncoupled parts; a curve needs motions of one"
-        )
-    kind, system = _system(plane, start)
-    guess = np.concatenate([cycle.states[0], [cycle.period], plane.start])
-    return Run(kind, plane, system, guess, longest_step)
-
-
-def _system(plane: Plane, start: SpecialPoint) -> tuple[CurveKind, Callable[[], System]]:
-    """Return the kind of the curve through a special point, and what makes its equations."""
-    cycle: Cycle = start.cycle
-    motion = plane, cycle.states, cycle.period
-    if start.kind == "fold":
-        return "fold of cycles", lambda: systems.cycle_fold_system(*motion)
-    if start.kind == "period doubling":
-        return "period doubling", lambda: systems.flip_system(*motion)
-    if start.kind == "torus":
-        return "torus", lambda: systems.torus_system(*motion, start.multiplier)
-    if start.kind == "symmetry breaking":
-        signs = mirror_signs(plane, cycle.states, cycle.period)
-        return "symmetry breaking", lambda: systems.flip_system(*motion, signs)
-    raise ParameterError(
-        f"start is {start}; curves are followed from a fold, a period doubling, a torus or a symmetry "
-        "breaking point"
-    )
+    return Run(beginning, longest_step).curve(points, progress)

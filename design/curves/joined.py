@@ -74,6 +74,7 @@ def _point(plane: Plane, node: Node) -> CurvePoint:
     x, y = node.values.tolist()
     speed, curvature, cant = plane.conditions((x, y))
     return CurvePoint(
+        parameters=(plane.parameter, plane.second),
         values=(x, y),
         speed=speed,
         curvature=curvature,
@@ -84,4 +85,5 @@ def _point(plane: Plane, node: Node) -> CurvePoint:
         critical=told.critical,
         spectrum=told.spectrum,
         coefficient=told.coefficient,
+        steps=told.steps,
     )

@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from design.curves.bordering import NoPoint
-from design.curves.curve import BifurcationCurve, CurveError, CurveKind
+from design.curves.curve import BifurcationCurve, CurveError
 from design.curves.ends import at_rest, bautin_near, closes
 from design.curves.follower import Follower, Node
 from design.curves.joined import Side, joined
 from design.curves.locate import located, vanished
 from design.curves.plane import Plane
+from design.curves.starts import Beginning
 from design.curves.systems import System
 
 Array = NDArray[np.float64]
@@ -36,27 +37,17 @@ class Run:
 
     Parameters
     ----------
-    kind : str
-    system : callable
-        Returns the equations, which refer to the start.
-    guess : ndarray
-        The start: state, period (of periodic motions), the two parameters.
+    beginning : Beginning
     longest_step : float
         Of arclength.
     """
 
-    def __init__(
-        self,
-        kind: CurveKind,
-        plane: Plane,
-        system: Callable[[], System],
-        guess: Array,
-        longest_step: float,
-    ) -> None:
-        self._kind = kind
-        self._plane = plane
-        self._system = system
-        self._guess = guess
+    def __init__(self, beginning: Beginning, longest_step: float) -> None:
+        self._kind = beginning.kind
+        self._plane = beginning.plane
+        self._system = beginning.system
+        self._guess = beginning.guess
+        self._at = beginning.at
         self._longest = longest_step
 
     def curve(self, points: int, progress: bool) -> BifurcationCurve:
@@ -119,11 +110,15 @@ class Run:
         if vanished(last, new) or self._shrunk(side, new):
             self._vanishes(side, new)
             return
+        if self._beyond(side, new):
+            return
         inside = self._within(side, follower, new)
         if inside is None:
             return
         new = inside
         for _, kind, point in sorted(located(follower, last, new), key=lambda found: found[0]):
+            if len(side.nodes) == 1 and kind == self._at:
+                continue  # the beginning itself
             side.special.append((kind, point, system.numbers(kind, point.z, point.scale)))
             reason = _LAST.get((self._kind, kind))
             if reason is not None:
@@ -132,6 +127,14 @@ class Run:
                 return
         side.nodes.append(follower.accept(new) if not side.ended else new)
         self._look_at(side)
+
+    def _beyond(self, side: Side, new: Node) -> bool:
+        """Whether the first step from a point at which the curve ends leads to where it is not."""
+        if self._at is None or len(side.nodes) > 1 or new.features.smooth[self._at] > 0.0:
+            return False
+        side.special.append((self._at, side.nodes[0], {}))
+        side.ended = f"{_LAST[self._kind, self._at]}, at {self._told(side.nodes[0])}"
+        return True
 
     def _within(self, side: Side, follower: Follower, new: Node) -> Node | None:
         """Return a point that is on the end of a range where it would pass that; say that it is."""

@@ -7,14 +7,27 @@ ZERO = 10.0
 
 
 def _ring(x, u, speed, curvature, cant, p):
-    """Folds of cycles that meet in a cusp: r' = r (b1 + b2 (r - 1) - (r - 1)^3)."""
-    a, b = x
+    """Folds of cycles that meet in a cusp: r' = r (b1 + b2 (r - 1) - (r - 1)^3), with company."""
+    a, b, c, d = x
     r = sqrt(a * a + b * b + 1e-12)
+    cos, sin = a / r, b / r
     growth = p.b1 + p.b2 * (r - 1.0) - (r - 1.0) ** 3
-    return [growth * a - p.omega * b, p.omega * a + growth * b]
+    own = p.sigma + r - 1.0
+    return [
+        growth * a - p.omega * b,
+        p.omega * a + growth * b,
+        own * c - p.nu * d + p.twist * (cos * c + sin * d) - c * c * c,
+        p.nu * c + own * d + p.twist * (sin * c - cos * d) - d * d * d,
+    ]
 
 
-RING = railenv.Model("ring", ["a", "b"], [], _ring, {"b1": 0.0, "b2": 0.5, "omega": 4.0})
+RING = railenv.Model(
+    "ring",
+    ["a", "b", "c", "d"],
+    [],
+    _ring,
+    {"b1": 0.0, "b2": 0.5, "omega": 4.0, "sigma": -3.0, "nu": 1.0, "twist": 0.0},
+)
 
 
 def _two(x, u, speed, curvature, cant, p):

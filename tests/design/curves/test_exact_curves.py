@@ -127,25 +127,31 @@ def test_folds_of_cycles_end_at_the_bautin_point():
         assert curve.at("l1", value) == pytest.approx([MU - value**2 / 4.0], rel=1e-7)
 
 
-def test_two_curves_of_folds_meet_in_a_cusp():
+def ring_folds(**parameters):
+    """Return a model and its curve of folds; the fold starts at r > 1."""
+    model = RING.replace(**parameters)
     start = design.simulated_cycle(
-        RING.replace(b1=0.5), speed=ZERO, perturbation={"a": 1.0}, duration=30.0
+        model.replace(b1=0.5), speed=ZERO, perturbation={"a": 1.0}, duration=30.0
     )
     branch = design.cycle_branch(
-        RING, start=start, parameter="b1", parameter_range=(-0.5, 1.0), direction=-1
+        model, start=start, parameter="b1", parameter_range=(-0.5, 1.0), direction=-1
     )
-    fold = branch.folds[0]
-    curve = design.bifurcation_curve(
-        RING.replace(b1=fold.value), fold, {"b1": (-0.5, 0.5), "b2": (-0.5, 0.8)}
+    placed = model.replace(b1=branch.folds[0].value)
+    return model, design.bifurcation_curve(
+        placed, branch.folds[0], {"b1": (-0.5, 0.5), "b2": (-0.5, 0.8)}
     )
+
+
+def test_two_curves_of_folds_meet_in_a_cusp():
+    _, curve = ring_folds()
     b1, b2 = curve.value["b1"], curve.value["b2"]
     np.testing.assert_allclose(27.0 * b1**2, 4.0 * b2**3, atol=TIGHT)
     assert b1.min() < -0.25
     assert b1.max() > 0.25
     (point,) = (s for s in curve.special if s.kind == "cusp")
     np.testing.assert_allclose(point.values, (0.0, 0.0), atol=1e-5)
-    # u' = -u^3 over a period, for u in units of sqrt(2) (scale + amplitude)
-    assert point.numbers["c"] == pytest.approx(-8.0 * point.point.period, rel=1e-3)
+    # u' = -u^3 over a period, for u in units of sqrt(4) (scale + amplitude)
+    assert point.numbers["c"] == pytest.approx(-16.0 * point.point.period, rel=1e-3)
 
 
 @pytest.fixture(scope="module")
@@ -207,6 +213,99 @@ def test_symmetry_breaking_points_follow_from_half_a_period():
     assert (curve.coefficient > 0.0).all()
     with pytest.raises(ParameterError, match="mirror image"):
         design.bifurcation_curve(model, start, {"twist": (-1.0, 1.0), "speed": (9.0, 12.0)})
+
+
+# ------------------------------------------------------------- from one curve to another
+
+
+def test_a_second_hopf_curve_leads_through_a_hopf_hopf_point():
+    plane = {"k": (-1.5, 1.0), "speed": (5.0, 15.0)}
+    first = design.bifurcation_curve(TWO, design.critical_speed(TWO), plane)
+    second = design.bifurcation_curve(TWO, first.special[0], plane, kind="Hopf")
+    np.testing.assert_allclose(second.speed, ZERO - 2.0 * second.value["k"], rtol=1e-9)
+    np.testing.assert_allclose(second.frequency, 5.0 / (2.0 * np.pi), rtol=1e-9)
+    np.testing.assert_allclose(special(second, "Hopf-Hopf"), [(0.0, ZERO)], atol=TIGHT)
+
+
+def test_hopf_points_and_folds_lead_through_a_bogdanov_takens_point():
+    plane = {"b2": (-3.0, 2.0), "speed": (8.0, 12.0)}
+    first = design.bifurcation_curve(
+        TAKENS, design.critical_speed(TAKENS, speed_range=(9.5, 11.0)), plane
+    )
+    folds = design.bifurcation_curve(TAKENS, first.special[-1], plane, kind="fold of equilibria")
+    np.testing.assert_allclose(folds.speed, ZERO + folds.value["b2"] ** 2 / 4.0, rtol=1e-9)
+    (point,) = (s for s in folds.special if s.kind == "Bogdanov-Takens")
+    again = design.bifurcation_curve(TAKENS, point, plane, kind="Hopf")
+    np.testing.assert_allclose(again.speed, ZERO, rtol=1e-9)
+    assert again.value["b2"].min() == -3.0
+    assert again.value["b2"].max() == pytest.approx(0.0, abs=TIGHT)
+    assert [s.kind for s in again.special] == ["Bogdanov-Takens"]
+    assert "Bogdanov-Takens" in again.ended[1]
+
+
+def test_folds_of_equilibria_lead_through_a_fold_hopf_point():
+    model = TWO.replace(on=1.0, k=-0.5)
+    plane = {"m": (-0.5, 2.0), "speed": (5.0, 15.0)}
+    hopf = design.bifurcation_curve(model, design.critical_speed(model), plane)
+    (point,) = (s for s in hopf.special if s.kind == "fold-Hopf")
+    folds = design.bifurcation_curve(model, point, plane, kind="fold of equilibria")
+    np.testing.assert_allclose(folds.value["m"], 0.0, atol=1e-9)
+    assert special(folds, "fold-Hopf")[0] == pytest.approx((0.0, ZERO - 0.5), abs=TIGHT)
+
+
+def test_folds_of_cycles_start_at_a_bautin_point(bautin_hopf):
+    model = exact.hopf_normal_form(l2=-1.0)
+    plane = {"l1": (-1.0, 2.0), "speed": (8.0, 11.0)}
+    curve = design.bifurcation_curve(model, bautin_hopf.special[0], plane, kind="fold of cycles")
+    l1 = curve.value["l1"]
+    np.testing.assert_allclose(curve.speed - MU, -(l1**2) / 4.0, atol=1e-8)
+    assert l1.max() == 2.0
+    assert [s.kind for s in curve.special] == ["Bautin"]
+    back = design.bifurcation_curve(model, curve.special[0], plane, kind="Hopf")
+    np.testing.assert_allclose(back.speed, MU, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "meeting", "kind", "growing"),
+    [
+        ({"sigma": 0.2}, "fold-torus", "torus", 0.0),
+        ({"sigma": 0.3, "nu": 2.0, "twist": -0.1}, "fold-flip", "period doubling", 0.1),
+    ],
+)
+def test_another_multiplier_becomes_critical_on_a_curve_of_folds(parameters, meeting, kind, growing):
+    model, folds = ring_folds(**parameters)
+    found = {round(s.values[0], 6): s for s in folds.special if s.kind == meeting}
+    wanted = [-parameters["sigma"] - growing]
+    if growing:
+        wanted.append(-parameters["sigma"] + growing)  # the other of two real multipliers
+    assert sorted(found) == pytest.approx(sorted(-2.0 * u**3 for u in wanted), abs=TIGHT)
+    u = wanted[-1]
+    start = found[round(-2.0 * u**3, 6)]
+    assert start.values[1] == pytest.approx(3.0 * u**2, abs=TIGHT)
+    plane = {"b1": (-0.3, 0.3), "b2": (-0.5, 0.8)}
+    curve = design.bifurcation_curve(model, start, plane, kind=kind)
+    assert curve.kind == kind
+    assert len(curve) > 10
+    np.testing.assert_allclose(curve.value["b1"], u**3 - u * curve.value["b2"], atol=TIGHT)
+    assert len(special(curve, meeting)) == 1
+    again = design.bifurcation_curve(model, start, plane, kind="fold of cycles")
+    np.testing.assert_allclose(27.0 * again.value["b1"] ** 2, 4.0 * again.value["b2"] ** 3, atol=TIGHT)
+
+
+def test_torus_points_lead_to_the_resonance_on_a_curve_of_period_doublings(flip):
+    model, start = flip
+    plane = {"nu": (0.0, 2.2), "speed": (9.0, 12.0)}
+    circle = design.bifurcation_curve(model, start, plane)
+    resonance = max((s for s in circle.special if s.kind == "1:2 resonance"), key=lambda s: s.values)
+    curve = design.bifurcation_curve(model, resonance, plane, kind="torus")
+    np.testing.assert_allclose(curve.speed, MU + 1.0, rtol=TIGHT)
+    assert curve.value["nu"].min() == pytest.approx(1.75, abs=1e-5)
+    assert curve.value["nu"].max() == 2.2
+    assert special(curve, "1:2 resonance")[0] == pytest.approx((1.75, MU + 1.0), abs=1e-5)
+    with pytest.raises(ParameterError, match=r"must be 'period doubling' or 'torus'"):
+        design.bifurcation_curve(model, resonance, plane, kind="Hopf")
+    with pytest.raises(ParameterError, match="needed at special points of curves only"):
+        design.bifurcation_curve(model, start, plane, kind="torus")
 
 
 # -------------------------------------------------------------- arguments, results, pictures
