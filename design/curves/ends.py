@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from design.curves.bordering import NoPoint
-from design.curves.follower import Follower, Node
+from design.curves.features import Features
+from design.curves.follower import Follower, Node, cubic
 from design.curves.locate import located
 from design.curves.plane import Plane
 from design.curves.systems import hopf_system
@@ -71,16 +72,28 @@ def at_rest(bautin: Node, last: Node) -> Node:
     return Node(z, last.scale, tangent / np.linalg.norm(tangent), end)
 
 
+def size(plane: Plane, told: Features) -> float:
+    """Return the largest amplitude of a displacement in the model's scale, infinite without one."""
+    if told.amplitudes is None:
+        return math.inf
+    return float((told.amplitudes / plane.model.scale)[displacements(plane)].max())
+
+
+def displacements(plane: Plane) -> slice:
+    """Return which states are displacements, as a vehicle has them: the first half."""
+    return slice(0, max(plane.model.n_states // 2, 1))
+
+
 def closes(first: Node, last: Node, new: Node, phased: bool) -> bool:
     """Whether a step passes the first point of the curve in the first direction.
 
     The state of a periodic motion is left out: its phase has moved.
     """
-    compared = slice(-3 if phased else 0, None)
-    before, after, here = (p.z[compared] / new.scale[compared] for p in (last, new, first))
-    chord = after - before
+    k = slice(-3 if phased else 0, None)
+    chord = (new.z - last.z)[k] / last.scale[k]
     length = float(np.linalg.norm(chord))
-    way = float((here - before) @ chord) / length
-    off = float(np.linalg.norm(here - before - way / length * chord))
-    same = float((first.tangent * first.scale)[compared] @ (chord * new.scale[compared])) > 0.0
-    return same and 0.0 < way <= length and off < _CLOSED * length
+    t = float((first.z - last.z)[k] / last.scale[k] @ chord) / length**2
+    if not 0.0 < t <= 1.0 or float((first.tangent * first.scale / last.scale)[k] @ chord) <= 0.0:
+        return False
+    off = (cubic(last, new, t) - first.z)[k] / last.scale[k]
+    return float(np.linalg.norm(off)) < _CLOSED * length

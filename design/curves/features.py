@@ -117,19 +117,23 @@ def flip_features(motion: Periodic, condition: Singular, local: Local) -> Featur
     """Return what is told of a period doubling, or of a mirror image that is lost."""
     multipliers, error = _multipliers(motion, local)
     right, left = unit_vectors(condition, local)
-    cubic = flip_coefficient(motion, local, right, left)
+    cube = flip_coefficient(motion, local, right, left)
     _, positive, pairs = _classes(_without(multipliers, -np.ones(1)))
     meeting = float(left @ right)
     smooth = {VANISHING: _heading(motion, local)}
     if motion.signs is None:
-        smooth |= {"degenerate period doubling": cubic, "1:2 resonance": meeting}
+        degenerate = "degenerate period doubling"
+        smooth["1:2 resonance"] = meeting
         growths = {"fold-flip": positive, "flip-torus": pairs}
         critical = -1.0 + 0j
     else:
-        smooth |= {"degenerate symmetry breaking": cubic, "1:1 resonance": meeting}
+        degenerate = "degenerate symmetry breaking"
+        smooth["1:1 resonance"] = meeting
         growths = {"fold and symmetry breaking": positive, "torus and symmetry breaking": pairs}
         critical, multipliers = 1.0 + 0j, multipliers**2
-    return _periodic(motion, local, critical, multipliers, cubic, smooth, growths, error)
+    if cube is not None:
+        smooth[degenerate] = cube
+    return _periodic(motion, local, critical, multipliers, cube, smooth, growths, error)
 
 
 def torus_features(motion: Periodic, condition: OnLimit, local: Local) -> Features:

@@ -163,7 +163,7 @@ class Follower:
         if abs(new.z[k] - last.z[k]) < _LIMIT * last.scale[k]:
             raise NoPoint
         fraction = (limit - last.z[k]) / (new.z[k] - last.z[k])
-        guess = self._cubic(new, fraction)
+        guess = cubic(last, new, fraction)
         guess[k] = limit
         normal = np.zeros(len(guess))
         normal[k] = np.sign(new.z[k] - last.z[k])
@@ -182,19 +182,10 @@ class Follower:
         last = self._last
         chord = (new.z - last.z) / last.scale
         normal = chord / np.linalg.norm(chord)
-        z, rows, _ = self._solve(self._cubic(new, fraction), normal, last.scale)
+        z, rows, _ = self._solve(cubic(last, new, fraction), normal, last.scale)
         return self._node(z, rows, last)
 
     # ---------------------------------------------------------------------------- inside
-
-    def _cubic(self, new: Node, t: float) -> Array:
-        """Return Hermite's cubic between the last point and a new one."""
-        last = self._last
-        way = new.z - last.z
-        length = float(np.linalg.norm(way / last.scale))
-        start, end = (length * node.tangent * node.scale for node in (last, new))
-        guess = last.z + (3.0 * t**2 - 2.0 * t**3) * way
-        return np.asarray(guess + (t - 2.0 * t**2 + t**3) * start + (t**3 - t**2) * end)
 
     def _solve(self, guess: Array, normal: Array | None, scale: Array) -> tuple[Array, Array, int]:
         """Solve by Newton's method in the hyperplane through a guess with a normal; near it without.
@@ -233,6 +224,15 @@ class Follower:
         tangent = new.tangent * new.scale / last.scale
         cosine = float(tangent @ last.tangent / np.linalg.norm(tangent))
         return cosine < _FARTHEST_TURN and self._step > _CORNER
+
+
+def cubic(last: Node, new: Node, t: float) -> Array:
+    """Return Hermite's cubic between two points, at a fraction of the way."""
+    way = new.z - last.z
+    length = float(np.linalg.norm(way / last.scale))
+    start, end = (length * node.tangent * node.scale for node in (last, new))
+    guess = last.z + (3.0 * t**2 - 2.0 * t**3) * way
+    return np.asarray(guess + (t - 2.0 * t**2 + t**3) * start + (t**3 - t**2) * end)
 
 
 def _tangent(rows: Array, towards: Array) -> Array:

@@ -12,7 +12,9 @@ from design.cycles.lyapunov import lyapunov_coefficient
 
 Array = NDArray[np.float64]
 
-_THIRD = 1e-3  # length of the differences of third derivatives, units of arclength
+_THIRD = 5e-4  # length of the differences of third derivatives, units of arclength
+_SAME = 0.02  # of third derivatives: by how much those of two lengths may differ
+_NOTHING = 1e-4  # of first derivatives: third ones below are zero
 
 
 def lyapunov(motion: Motion, local: Local, omega: float) -> float | None:
@@ -50,7 +52,8 @@ def cusp_coefficient(motion: Motion, condition: Singular, local: Local) -> float
     right, left = unit_vectors(condition, local)
     A = condition.matrix(local)
     matrix = np.block([[A, left[:, None]], [right, 0.0]])
-    square, cube = _powers(motion, local, right)
+    square = second(motion, local, right)[:, : motion.inner]
+    cube = _cube(motion, local, right, _THIRD)
     rest = np.zeros(len(matrix))
     rest[:n] = -square @ right
     response = _solved(matrix, rest)[: motion.inner]
@@ -58,8 +61,10 @@ def cusp_coefficient(motion: Motion, condition: Singular, local: Local) -> float
     return float(left[:n] @ (cube / 6.0 + square @ response / 2.0) / sides)
 
 
-def flip_coefficient(motion: Periodic, local: Local, right: Array, left: Array) -> float:
+def flip_coefficient(motion: Periodic, local: Local, right: Array, left: Array) -> float | None:
     """Return the coefficient b of the map v -> -v + b v^3 that a flip is in its normal form.
+
+    None where differences of two lengths tell different coefficients, as about kinks of the equations.
 
     Kuznetsov's formula for maps (section 5.4), on the section that the left null vector of the trivial
     multiplier is normal to: the time of return then changes with v to second order only.
@@ -69,10 +74,14 @@ def flip_coefficient(motion: Periodic, local: Local, right: Array, left: Array) 
     moved = local.map[:, :n] - np.eye(n)
     section = bordered(moved, slope, slope).left
     v = np.append(right, 0.0)
-    square, cube = _powers(motion, local, v)
+    square = second(motion, local, v)[:, : n + 1]
     matrix = np.block([[moved, local.map[:, n : n + 1]], [section, 0.0]])
     response = _solved(matrix, np.append(-square @ v, 0.0))
-    return float(left @ (cube / 6.0 + square @ response / 2.0) / (left @ right))
+    parts = [_cube(motion, local, v, length) / 6.0 for length in (_THIRD, _THIRD / 2.0)]
+    first, last = (float(left @ (p + square @ response / 2.0) / (left @ right)) for p in parts)
+    largest = max(float(np.linalg.norm(p)) for p in parts)
+    allowed = _SAME * largest + _NOTHING * float(np.linalg.norm(local.map[:, :n]))
+    return last if abs(first - last) * abs(left @ right) < allowed else None
 
 
 def bogdanov_takens(motion: Motion, local: Local) -> tuple[float, float]:
@@ -93,12 +102,10 @@ def bogdanov_takens(motion: Motion, local: Local) -> tuple[float, float]:
     return a, float(p0 @ bent @ q0 + p1 @ bent @ q1)
 
 
-def _powers(motion: Motion, local: Local, v: Array) -> tuple[Array, Array]:
-    """Return second derivatives along v as a matrix, and third ones along v thrice."""
-    square = second(motion, local, v)[:, : motion.inner]
-    ahead, middle, behind = (motion.displaced(local, v, h * _THIRD) for h in (1.0, 0.0, -1.0))
-    cube = (ahead - 2.0 * middle + behind)[:, : motion.inner] @ v / _THIRD**2
-    return square, cube
+def _cube(motion: Motion, local: Local, v: Array, length: float) -> Array:
+    """Return the third derivatives along a direction, thrice."""
+    ahead, middle, behind = (motion.displaced(local, v, h * length) for h in (1.0, 0.0, -1.0))
+    return np.asarray((ahead - 2.0 * middle + behind)[:, : motion.inner] @ v / length**2)
 
 
 def _solved(matrix: Array, right: Array) -> Array:

@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 
 from design.curves.bordering import NoPoint
 from design.curves.curve import BifurcationCurve, CurveError
-from design.curves.ends import at_rest, bautin_near, closes
+from design.curves.ends import at_rest, bautin_near, closes, size
 from design.curves.follower import Follower, Node
 from design.curves.joined import Side, joined
 from design.curves.locate import located, vanished
-from design.curves.plane import Plane
 from design.curves.starts import Beginning
 from design.curves.systems import System
 
@@ -181,12 +180,14 @@ class Run:
 
     def _shrunk(self, side: Side, new: Node) -> bool:
         """Whether a motion shrinks below what can be told from an equilibrium."""
-        sizes = [_size(self._plane, node) for node in (side.nodes[0], side.nodes[-1], new)]
-        return sizes[2] < min(_SMALLEST, _SMALLER * sizes[0]) and sizes[2] < sizes[1]
+        first, last, here = (
+            size(self._plane, p.features) for p in (side.nodes[0], side.nodes[-1], new)
+        )
+        return here < min(_SMALLEST, _SMALLER * first, last)
 
     def _vanishes(self, side: Side, new: Node) -> None:
         """End where the amplitude goes to zero; at folds, look for the Bautin point there."""
-        smallest = min(side.nodes[-1], new, key=lambda node: _size(self._plane, node))
+        smallest = min(side.nodes[-1], new, key=lambda node: size(self._plane, node.features))
         side.ended = f"the amplitude goes to zero, on a Hopf curve near {self._told(smallest)}"
         if self._kind == "fold of cycles":
             bautin = bautin_near(self._plane, smallest)
@@ -194,12 +195,6 @@ class Run:
                 side.special.append(("Bautin", bautin, {}))
                 side.nodes.append(at_rest(bautin, side.nodes[-1]))
                 side.ended = f"the amplitude goes to zero at a Bautin point, {self._told(bautin)}"
-
-
-def _size(plane: Plane, node: Node) -> float:
-    """Return the largest amplitude of a motion in units of the model's scale; infinite without one."""
-    amplitudes = node.features.amplitudes
-    return np.inf if amplitudes is None else float((amplitudes / plane.model.scale).max())
 
 
 @contextmanager

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from design.curves import systems
 from design.curves.bordering import NoPoint
 from design.curves.curve import CurveError, CurveKind, CurvePoint, CurveSpecialPoint
+from design.curves.ends import displacements, size
 from design.curves.follower import Follower
 from design.curves.plane import Plane, Range
 from design.curves.starts import Beginning, check_parts
@@ -129,8 +130,8 @@ def _small_cycles(plane: Plane, start: CurveSpecialPoint) -> Beginning:
     n, scale = plane.model.n_states, plane.model.scale
     values, vectors = np.linalg.eig(shooting.linear(point.state, plane.start)[:, :n])
     mode = vectors[:, np.argmin(np.abs(values - 2j * math.pi / point.period))]
-    mode = mode / mode[np.argmax(np.abs(mode / scale))]
-    mode = mode / np.abs(mode / scale).max()
+    seen = (mode / scale)[displacements(plane)]
+    mode = mode / seen[np.argmax(np.abs(seen))]
     turn = np.exp(2j * np.pi * np.linspace(0.0, 1.0, shooting.steps + 1))
     for amplitude in _AMPLITUDES:
         states = point.state + amplitude * (turn[:, None] * mode).real
@@ -143,8 +144,7 @@ def _small_cycles(plane: Plane, start: CurveSpecialPoint) -> Beginning:
             node = Follower(beginning.system(), 1.0).start(guess, 1)
         except NoPoint:
             continue
-        amplitudes = node.features.amplitudes
-        if amplitudes is not None and (amplitudes / scale).max() > _STAYS * amplitude:
+        if size(plane, node.features) > _STAYS * amplitude:
             return beginning
     raise CurveError(
         f"no fold of limit cycles of small amplitude is found near the {start}; follow a branch "
