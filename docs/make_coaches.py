@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+import make_curves
 from blocks import refilled
 
 import design
@@ -161,7 +162,11 @@ def nonlinear(model: railenv.Bogie | railenv.Coach) -> float:
     )
 
 
-MAKERS: dict[str, Callable[[], str]] = {"heights": heights, "vehicles": compared}
+MAKERS: dict[str, Callable[[], str]] = {
+    "heights": heights,
+    "vehicles": compared,
+    **make_curves.MAKERS,  # of the same page
+}
 
 
 def page(text: str) -> str:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_REAL = 1e-9  # imaginary parts of roots below count as none
+_SAME = 1e-7  # of the way between two points: passages nearer than this are one
 CurveKind = Literal[
     "Hopf",
     "fold of equilibria",
@@ -207,14 +207,16 @@ class BifurcationCurve:
         checks.known("parameter", [parameter], self.parameters)
         k = self.parameters.index(parameter)
         found: list[float] = []
+        told = False  # a passage at the end of a piece is one at the beginning of the next
         for piece in self._pieces:
             polynomial = piece[k].copy()
             polynomial[-1] -= value
             roots = np.roots(np.trim_zeros(polynomial, "f"))
-            inside = (np.abs(roots.imag) < _REAL) & (roots.real >= 0.0) & (roots.real < 1.0 - _REAL)
-            found += [float(np.polyval(piece[1 - k], t)) for t in np.sort(roots[inside].real)]
-        last = self.points[-1].values
-        return (*found, last[1 - k]) if last[k] == value else tuple(found)
+            real = np.sort(roots.real[np.abs(roots.imag) < _SAME])
+            passages = real[(real > (_SAME if told else -_SAME)) & (real < 1.0 + _SAME)]
+            found += [float(np.polyval(piece[1 - k], t)) for t in passages]
+            told = bool((passages > 1.0 - _SAME).any())
+        return tuple(found)
 
     def summary(self) -> dict[str, Any]:
         """Return the curve as plain numbers and strings, ready for JSON."""

@@ -23,7 +23,22 @@ _COLOURS = {
     "torus": SERIES[2],
     "symmetry breaking": SERIES[3],
 }
-_MARKERS = "osD^vPX*"
+_MARKERS = {
+    "Bautin": "o",
+    "Hopf-Hopf": "D",
+    "fold-Hopf": "^",
+    "Bogdanov-Takens": "X",
+    "cusp": "P",
+    "fold-flip": "v",
+    "fold-torus": "s",
+    "flip-torus": "<",
+    "double torus": ">",
+    "1:1 resonance": "1",
+    "1:2 resonance": "2",
+    "1:3 resonance": "3",
+    "1:4 resonance": "4",
+}
+_OTHER = "*"
 
 
 def plot_curve(curve: BifurcationCurve, ax: Axes | None = None) -> control.ControlPlot:
@@ -39,15 +54,18 @@ def plot_curve(curve: BifurcationCurve, ax: Axes | None = None) -> control.Contr
         ):
             if on.any():
                 ax.plot(*_where(x, y, on), line, color=colour, label=label)
-        kinds = sorted({s.kind for s in curve.special})
-        for kind, marker in zip(kinds, _MARKERS * (1 + len(kinds) // len(_MARKERS)), strict=False):
+        for kind in dict.fromkeys(s.kind for s in curve.special):
             at = np.array([s.values for s in curve.special if s.kind == kind])
-            ax.plot(*at.T, marker, color=colour, ms=7, mec="white", label=kind, zorder=3)
+            marker = _MARKERS.get(kind, _OTHER)
+            edge = colour if marker.isdigit() else "white"
+            ax.plot(*at.T, marker, color=colour, ms=7, mec=edge, label=kind, zorder=3)
         first, second = curve.parameters
         ax.set_xlabel(PARAMETER_LABELS.get(first, first.replace("_", " ")))
         ax.set_ylabel(PARAMETER_LABELS.get(second, second.replace("_", " ")))
         ax.set_title(f"{curve.model_name}: bifurcations over two parameters")
-        ax.legend(loc="best")
+        handles, labels = ax.get_legend_handles_labels()
+        once = dict(zip(labels, handles, strict=True))  # several curves of a kind share their label
+        ax.legend(list(once.values()), list(once), loc="best")
         return drawn_on(ax)
 
 

@@ -39,6 +39,8 @@ def test_bautin_point_of_the_normal_form(bautin_hopf):
     np.testing.assert_allclose(curve.frequency, 2.0 / (2.0 * np.pi), rtol=1e-9)
     (point,) = special(curve, "Bautin")
     np.testing.assert_allclose(point, (0.0, MU), atol=TIGHT)
+    for value in (-1.0, 0.3, 1.0, 2.0):  # ends, between points, a point
+        assert curve.at("l1", value) == pytest.approx([MU])
     assert curve.value["l1"][0] == -1.0
     assert curve.value["l1"][-1] == 2.0
 
@@ -377,6 +379,10 @@ def test_summary_text_and_picture(bautin_hopf):
     curve.plot(ax=axes)
     assert len(axes.lines) == 2 * lines
     labels = [text.get_text() for text in axes.get_legend().get_texts()]
-    assert "Bautin" in labels
-    assert "Hopf, subcritical" in labels
+    assert labels == ["Hopf", "Hopf, subcritical", "Bautin"]
+    gentle, jumping = (np.ma.masked_invalid(line.get_xdata()) for line in axes.lines[:2])
+    assert gentle.min() == -1.0
+    assert jumping.max() == 2.0
+    assert gentle.max() < 0.1
+    assert jumping.min() > -0.1
     plt.close("all")

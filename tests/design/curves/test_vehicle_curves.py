@@ -30,20 +30,20 @@ def test_hopf_curve_agrees_with_critical_speeds(bogie):
 
 
 def test_folds_agree_with_branches_and_with_the_map(bogie):
-    steps = 2000  # the flange is a corner, which few steps blur
+    steps = 1200  # the flange is a corner, which few steps blur
     branch = design.cycle_branch(bogie, parameter_range=(60.0, 68.8), steps_per_period=steps)
-    curve = design.bifurcation_curve(bogie, branch.folds[0], PLANE)
+    plane = {"conicity": (0.047, 0.053), "speed": (50.0, 90.0)}
+    curve = design.bifurcation_curve(bogie, branch.folds[0], plane, longest_step=0.5)
     assert curve.complete
-    for point in (curve.points[4], curve.points[-4]):
-        along = design.cycle_branch(
-            bogie.replace(conicity=point.values[0]),
-            parameter_range=(0.95 * point.speed, 1.1 * point.speed),
-            steps_per_period=steps,
-        )
-        assert point.speed == pytest.approx(along.folds[0].value, rel=1e-6)
-    chart = design.hunting_map(bogie, "conicity", [0.05, 0.055])
-    found = [curve.at("conicity", v)[0] for v in chart.value]
-    np.testing.assert_allclose(found, chart.fold_speed, rtol=1e-5)
+    point = curve.points[-4]
+    along = design.cycle_branch(
+        bogie.replace(conicity=point.values[0]),
+        parameter_range=(0.95 * point.speed, 1.1 * point.speed),
+        steps_per_period=steps,
+    )
+    assert point.speed == pytest.approx(along.folds[0].value, rel=1e-6)
+    chart = design.hunting_map(bogie, "conicity", [0.05])
+    assert curve.at("conicity", 0.05) == pytest.approx(chart.fold_speed, rel=2e-6)
 
 
 def test_coach_hunts_gently_from_a_bautin_point_on(coach):
@@ -72,3 +72,46 @@ def test_small_hunting_folds_end_where_the_lyapunov_coefficient_vanishes(coach):
     last = curve.points[1] if curve.points[0].values == bautin.values else curve.points[-2]
     assert 0.0 < last.amplitudes[0] < 6e-5
     assert last.values == pytest.approx(bautin.values, rel=0.02)
+
+
+@pytest.mark.slow
+def test_steps_are_halved_where_corners_stop_a_curve(bogie):
+    branch = design.cycle_branch(bogie, parameter_range=(60.0, 68.8))
+    plane = {"conicity": (0.02, 0.2), "speed": (30.0, 150.0)}
+    curve = design.bifurcation_curve(bogie, branch.folds[0], plane)
+    assert curve.complete
+    assert curve.value["conicity"].min() == 0.02
+    assert curve.value["conicity"].max() == 0.2
+    assert curve.points[0].steps > len(branch.folds[0].cycle.states)
+    for point in (curve.points[3], curve.points[-4]):
+        along = design.cycle_branch(
+            bogie.replace(conicity=point.values[0]),
+            parameter_range=(0.95 * point.speed, 1.1 * point.speed),
+            steps_per_period=3200,
+        )
+        assert point.speed == pytest.approx(along.folds[0].value, rel=1e-5)
+
+
+@pytest.mark.slow
+def test_curves_of_the_coach_on_curved_track(coach):
+    model = railenv.Bogie(railenv.HIGH_SPEED_COACH.replace(wheelbase_curving=False))
+    branch = design.cycle_branch(model, radius=6250.0, cant=0.0873)
+    plane = {"curvature": (1e-5, 3e-4), "speed": (60.0, 130.0)}
+    upper = design.bifurcation_curve(model, branch.folds[0], plane)
+    ends = [s for s in upper.special if s.kind == "Bautin"]
+    assert len(ends) == 2  # two curves of folds, which meet in a cusp
+    assert "cusp" in [s.kind for s in upper.special]
+    hopf = design.bifurcation_curve(model, branch.hopf, plane)
+    on_hopf = [s.values for s in hopf.special if s.kind == "Bautin"]
+    for end in ends:
+        nearest = min(on_hopf, key=lambda v: abs(v[0] - end.values[0]))
+        assert end.values == pytest.approx(nearest, rel=1e-5)
+    doubling = next(s for s in branch.special if s.kind == "period doubling")
+    curve = design.bifurcation_curve(model, doubling, plane)
+    assert curve.ended[0] == "the curve is closed"
+    other = [s.value for s in branch.special if s.kind == "period doubling"]
+    passages = sorted(curve.at("curvature", 1.0 / 6250.0))
+    assert passages == pytest.approx(sorted(other), rel=1e-4)
+    radii = 1.0 / curve.value["curvature"]
+    assert radii.min() == pytest.approx(5204.0, abs=5.0)
+    assert radii.max() == pytest.approx(7089.0, abs=5.0)
