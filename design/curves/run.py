@@ -96,16 +96,20 @@ class Run:
 
     def _step(self, side: Side, follower: Follower, system: System) -> None:
         """Add the next point, and the special points before it; say why, where the curve ends."""
-        last = side.nodes[-1]
+        last, before = side.nodes[-1], len(side.special)
         try:
-            new = follower.advance()
+            self._advance(side, follower, system)
         except NoPoint:
+            side.ended = ""
+            del side.special[before:]
             if system.motion.refine():
                 follower.restart()
-            else:
-                side.ended = f"no step leads on from {self._told(last)}; the equations may jump there"
-                side.complete = False
-            return
+                return
+            side.ended = f"no step leads on from {self._told(last)}; the equations may jump there"
+            side.complete = False
+
+    def _advance(self, side: Side, follower: Follower, system: System) -> None:
+        last, new = side.nodes[-1], follower.advance()
         if vanished(last, new) or self._shrunk(side, new):
             self._vanishes(side, new)
             return
@@ -124,7 +128,7 @@ class Run:
                 side.ended = f"{reason}, at {self._told(point)}"
                 side.nodes.append(point)
                 return
-        side.nodes.append(follower.accept(new) if not side.ended else new)
+        side.nodes.append(new if side.ended else follower.accept(new))
         self._look_at(side)
 
     def _beyond(self, side: Side, new: Node) -> bool:
