@@ -123,12 +123,16 @@ class Shooting:
         self._kernels.rhs(self._w, self._t)
         return self._w[self._layout.dx : self._layout.work].copy()
 
-    def fastest(self, x: Array, value: float) -> float:
-        """Return the largest magnitude (1/s) of the eigenvalues at a state."""
+    def jacobian(self, x: Array, value: float) -> Array:
+        """Return the derivatives of the time derivatives with respect to the state."""
         self._set(x, value)
         full = np.zeros((self.n, self.n + len(self._directions)))
         self._kernels.dense_jacobian(self._w, self._t, *self._cells, full)
-        return float(np.abs(np.linalg.eigvals(full[:, : self.n])).max())
+        return full[:, : self.n]
+
+    def fastest(self, x: Array, value: float) -> float:
+        """Return the largest magnitude (1/s) of the eigenvalues at a state."""
+        return float(np.abs(np.linalg.eigvals(self.jacobian(x, value))).max())
 
     def shoot(self, x: Array, period: float, value: float) -> Shot:
         """Integrate one period with its derivatives."""

@@ -41,7 +41,10 @@ def bifurcation(
     points: Annotated[int, typer.Option(min=2, help="Most points of the branch.")] = 150,
     chart: Annotated[
         str | None,
-        typer.Option("--map", help="Hopf points and folds over a parameter, as conicity=0.03:0.1:8."),
+        typer.Option(
+            "--map",
+            help="Linear and nonlinear critical speeds over a parameter, as conicity=0.03:0.1:8.",
+        ),
     ] = None,
     simulated: Annotated[
         int,
@@ -109,17 +112,18 @@ def branch(
 
 
 def hunting_map(model: Model, text: str, radius: float, cant: float, progress: bool) -> Found:
-    """Follow Hopf point and fold over a parameter given as name=low:high:count."""
+    """Find both critical speeds over a parameter given as name=low:high:count."""
     import design
 
     name, values = _grid(text)
     found = design.hunting_map(model, name, values, radius=radius, cant=cant, progress=progress)
     table = Table(title=f"{model.name}: speeds in m/s", box=box.SIMPLE)
-    for title in (name, "never hunts below (fold)", "must hunt above (Hopf)", ""):
+    for title in (name, "never hunts below", "resting on", "must hunt above (Hopf)", ""):
         table.add_column(title, justify="right")
-    rows = zip(found.value, found.fold_speed, found.hopf_speed, found.notes, strict=True)
-    for value, fold, hopf, note in rows:
-        table.add_row(f"{value:.5g}", _speed(fold), _speed(hopf), note)
+    rows = zip(found.value, found.onset_speed, found.onsets, found.hopf_speed, found.notes, strict=True)
+    for value, speed, onset, hopf, note in rows:
+        rests_on = "" if onset is None else onset.rests_on
+        table.add_row(f"{value:.5g}", _speed(speed), rests_on, _speed(hopf), note)
     return Found(found.summary(), [table, *([found.ended] if found.ended else [])], found.plot)
 
 

@@ -8,8 +8,8 @@ import pytest
 
 import design
 import railenv
-from design.cycles.continuation import position
 from design.cycles.periodic import PeriodicProblem
+from design.cycles.points import position
 from design.cycles.shooting import Shooting
 
 CANT = 0.0873  # rad, the paper's
@@ -195,7 +195,7 @@ def test_dual_wheelset_is_supercritical_with_both_wheelsets_hunting_in_phase(dua
     assert design.critical_speed(dual).criticality == "supercritical"
     branch = design.cycle_branch(dual, parameter_range=(30.0, 40.0), longest_step=0.2)
     np.testing.assert_allclose(branch.amplitude["y_w1"], branch.amplitude["y_w2"], rtol=1e-6)
-    assert branch.nonlinear_critical_speed is None
+    assert branch.nonlinear_critical_speed == pytest.approx(branch.hopf.speed, rel=1e-9)
     assert branch.stable.all()  # apart from the relative phase of the wheelsets, which is indifferent
     assert branch.multipliers.shape[1] == 14
 
@@ -277,7 +277,7 @@ def test_a_branch_in_conicity_meets_the_branch_in_speed(cooperrider, cooperrider
 
 def test_map_over_conicity_agrees_with_whole_branches(cooperrider):
     chart = design.hunting_map(cooperrider, "conicity", [0.05, 0.055, 0.06])
-    for value, hopf, fold in zip(chart.value, chart.hopf_speed, chart.fold_speed, strict=True):
+    for value, hopf, fold in zip(chart.value, chart.hopf_speed, chart.onset_speed, strict=True):
         branch = design.cycle_branch(cooperrider.replace(conicity=value), parameter_range=(50.0, 69.0))
         assert hopf == pytest.approx(branch.hopf.speed, rel=1e-8)
         assert fold == pytest.approx(branch.nonlinear_critical_speed, rel=1e-5)
@@ -384,4 +384,4 @@ def test_summary_and_text_of_a_branch_tell_its_fold(coach_branch):
     at_fold = coach_branch.folds[0]
     assert at_fold.precision < 1e-6
     assert len(coach_branch.summary()["speed"]) == len(coach_branch)
-    assert "fold at 91.4190" in str(coach_branch)
+    assert "from speed 91.419 m/s (fold" in str(coach_branch)

@@ -463,8 +463,8 @@ def test_bifurcation_maps_a_second_parameter_as_json():
     assert result.exit_code == 0, result.output
     found = json.loads(result.output)
     assert found["value"] == [0.05, 0.06]
-    assert found["fold_speed"][0] == pytest.approx(66.655, abs=0.01)
-    assert found["fold_speed"][1] < found["fold_speed"][0]
+    assert found["onset_speed"][0] == pytest.approx(66.655, abs=0.01)
+    assert found["onset_speed"][1] < found["onset_speed"][0]
 
 
 def test_a_malformed_map_is_an_error():
