@@ -235,7 +235,7 @@ def bifurcation_diagram(
         search.from_hopf_points()
         search.from_branches(depth)
         if not u.any():
-            grid = search.grid() if speeds is None else checks.numbers("speeds", speeds)
+            grid = search.grid() if speeds is None else _speeds(speeds)
             search.from_simulations(grid)
             search.from_branches(depth)
     except KeyboardInterrupt:
@@ -253,6 +253,11 @@ def bifurcation_diagram(
         notes=tuple(search.notes),
         ended=ended,
     )
+
+
+def _speeds(given: ArrayLike) -> Array:
+    """Return the speeds to simulate at; there may be none."""
+    return np.zeros(0) if np.size(given) == 0 else checks.numbers("speeds", given)
 
 
 class _Search:

@@ -20,6 +20,9 @@ STILL = 0.05
 """Largest displacement, in units of the model's scale, below which a motion has died out."""
 
 _LARGE = 8.0  # of the model's scale: 8 mm
+_KICK = (
+    1e-3  # of the model's scale, of every state, so that no symmetry holds a motion that is unstable
+)
 _WINDOW = 2.0  # s, between the windows in which amplitudes are compared, and their length
 _STEADY = 2e-3  # relative change of the amplitude from one window to the next but one
 _REMEMBERED = 6  # amplitudes: where they all fell, the motion is still dying out
@@ -88,7 +91,8 @@ def survivors(
     radius, cant : float
         m, rad.
     starts : sequence of mappings, optional
-        Added to the running equilibrium, by state name; :func:`large_disturbances` when left out.
+        Added to the running equilibrium, by state name; :func:`large_disturbances` when left out. A
+        thousandth of the model's scale is added to every state besides.
     duration : float
         Time simulated, s.
     """
@@ -98,6 +102,7 @@ def survivors(
     states, _ = equilibria(model, targets, radius, cant)
     conditions = np.array([[v, curvature, cant] for v in targets for _ in starts])
     ends = disturbed(model, states, starts).reshape(-1, model.n_states)
+    ends += _KICK * model.scale * np.cos(np.arange(model.n_states))
     step = lane_step(model, states, targets, curvature, cant)
     lanes = np.arange(len(ends))
     amplitudes = np.zeros_like(ends)
