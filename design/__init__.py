@@ -33,7 +33,7 @@ from design.loop.feedback import Feedback, LinearFeedback, ScaledFeedback, Stati
 from design.loop.margins import ChannelMargins, Margins, margins
 from design.loop.sampled import ClosedLoop, closed_loop, open_loop
 from design.stability.critical_points import CriticalPoint
-from design.stability.critical_speed import critical_speed
+from design.stability.critical_speed import critical_speed, hopf_points
 from design.stability.gain_locus import GainLocus, gain_locus
 from design.stability.locus import Locus, SpeedLocus, VehicleLocus, speed_locus
 from design.stability.loss import CriticalSpeed, HopfPoint
@@ -95,6 +95,7 @@ __all__ = [
     "equilibrium",
     "gain_locus",
     "hopf_point",
+    "hopf_points",
     "hunting_map",
     "kalman",
     "lateral_model",
