@@ -21,7 +21,7 @@ from design.cycles.onset import HuntingOnset
 from design.cycles.simulated_cycle import simulated_cycle
 from design.cycles.survivors import STILL, Survivor, survivors
 from design.stability.critical_speed import SPEED_RANGE
-from design.stability.hopf_points import hopf_points
+from design.stability.critical_speed import hopf_points
 from design.stability.loss import CriticalSpeed
 from railenv import checks
 from railenv.errors import EquilibriumError, ParameterError
@@ -386,7 +386,17 @@ class _Search:
         """Follow a branch through every motion that persists in simulations and is not known."""
         if speeds.size == 0:
             return
-        for found in survivors(self.model, speeds, radius=self.radius, cant=self.cant):
+        slowest = max([1.0 / h.frequency for h in self.hopf if h.frequency], default=0.0)
+        duration = max(20.0, 20.0 * slowest)
+        simulated = survivors(
+            self.model,
+            speeds,
+            radius=self.radius,
+            cant=self.cant,
+            duration=duration,
+            window=max(2.0, 2.0 * slowest),
+        )
+        for found in simulated:
             if self._explained(found):
                 continue
             try:
@@ -396,7 +406,7 @@ class _Search:
                     radius=self.radius,
                     cant=self.cant,
                     initial_state=found.state,
-                    duration=10.0,
+                    duration=duration / 2.0,
                 )
             except CycleError:
                 self.irregular.append(found)
@@ -428,15 +438,16 @@ class _Search:
         return any(
             abs(near.period / cycle.period - 1.0) < _SAME_PERIOD
             and self._alike(cycle.amplitudes, near.amplitudes, _SAME_BRANCH, _SAME_BRANCH)
+            and self._alike(_middle(cycle), near.middle, _SAME_BRANCH, _SAME_BRANCH)
             for branch in self.branches
             for near in passages(branch, cycle.value)
         )
 
     def _alike(self, a: Array, b: Array, share: float, least: float) -> bool:
-        displacements = slice(0, max(self.model.n_states // 2, 1))
-        size = (np.maximum(a, b) / self.model.scale)[displacements]
-        gap = (np.abs(a - b) / self.model.scale)[displacements]
-        return bool((gap < share * size.max() + least).all())
+        """Whether displacements are alike, and rates: by a share of the largest, plus the least."""
+        size, gap = np.maximum(a, b) / self.model.scale, np.abs(a - b) / self.model.scale
+        halves = np.array_split(np.arange(len(a)), min(2, len(a)))
+        return all((gap[k] < share * size[k].max() + least).all() for k in halves)
 
 
 @dataclass(frozen=True)
@@ -444,8 +455,14 @@ class _Passage:
     """Where a branch passes a value: between two of its motions."""
 
     amplitudes: Array
+    middle: Array
     period: float
     stable: bool
+
+
+def _middle(cycle: Cycle) -> Array:
+    """Return how far the middle of each state's swing is from zero, to whichever side."""
+    return np.asarray(np.abs(cycle.states.max(axis=0) + cycle.states.min(axis=0)) / 2.0)
 
 
 def passages(branch: CycleBranch, value: float) -> Iterator[_Passage]:
@@ -454,8 +471,12 @@ def passages(branch: CycleBranch, value: float) -> Iterator[_Passage]:
     for i in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0.0):
         p, q = branch.cycles[i], branch.cycles[i + 1]
         t = 0.5 if p.value == q.value else (value - p.value) / (q.value - p.value)
-        between = (1.0 - t) * p.amplitudes + t * q.amplitudes
-        yield _Passage(between, (1.0 - t) * p.period + t * q.period, p.stable or q.stable)
+        yield _Passage(
+            (1.0 - t) * p.amplitudes + t * q.amplitudes,
+            (1.0 - t) * _middle(p) + t * _middle(q),
+            (1.0 - t) * p.period + t * q.period,
+            p.stable or q.stable,
+        )
 
 
 def joined(down: CycleBranch, up: CycleBranch) -> CycleBranch:

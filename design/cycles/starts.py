@@ -15,6 +15,7 @@ from design.stability.loss import CriticalSpeed
 Array = NDArray[np.float64]
 
 _SAME_MODE = 1e-3  # of an eigenvalue: those of tables jump a little where their cells meet
+_MOVES = 1e-9  # of the largest part of a mode: less is no motion
 _DOUBLED = 1e-3  # of the distance along the direction, that the motions of two periods differ at least
 
 
@@ -122,6 +123,7 @@ def hopf_mode(shooting: Shooting, hopf: CriticalSpeed) -> NDArray[np.complex128]
         if abs(values[k] - hopf.eigenvalue) > _SAME_MODE * abs(hopf.eigenvalue):
             continue
         shape = vectors[:, k] / model.scale[part]
-        largest = np.argmax(np.abs(shape[: max(len(shape) // 2, 1)]))
-        mode[part] = vectors[:, k] / shape[largest]
+        displacements = shape[: max(len(shape) // 2, 1)]
+        moving = displacements if np.abs(displacements).max() > _MOVES * np.abs(shape).max() else shape
+        mode[part] = vectors[:, k] / moving[np.argmax(np.abs(moving))]
     return mode

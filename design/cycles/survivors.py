@@ -23,7 +23,7 @@ _LARGE = 8.0  # of the model's scale: 8 mm
 _KICK = (
     1e-3  # of the model's scale, of every state, so that no symmetry holds a motion that is unstable
 )
-_WINDOW = 2.0  # s, between the windows in which amplitudes are compared, and their length
+_LOOKS = 400  # steps of a window at least, so that peaks are seen
 _STEADY = 2e-3  # relative change of the amplitude from one window to the next but one
 _REMEMBERED = 6  # amplitudes: where they all fell, the motion is still dying out
 _LONGEST = 80  # halves of the duration asked for, where motions are still dying out
@@ -77,6 +77,7 @@ def survivors(
     cant: float = 0.0,
     starts: Sequence[Mapping[str, float]] | None = None,
     duration: float = 20.0,
+    window: float = 2.0,
 ) -> tuple[Survivor, ...]:
     """Simulate a vehicle from large disturbances at some speeds; return the motions that persist.
 
@@ -93,8 +94,9 @@ def survivors(
     starts : sequence of mappings, optional
         Added to the running equilibrium, by state name; :func:`large_disturbances` when left out. A
         thousandth of the model's scale is added to every state besides.
-    duration : float
-        Time simulated, s.
+    duration, window : float
+        Time simulated, and the time at its end in which extremes are taken, which must be longer than a
+        period, s.
     """
     targets = np.atleast_1d(np.asarray(speeds, dtype=float))
     starts = large_disturbances(model) if starts is None else starts
@@ -103,7 +105,7 @@ def survivors(
     conditions = np.array([[v, curvature, cant] for v in targets for _ in starts])
     ends = disturbed(model, states, starts).reshape(-1, model.n_states)
     ends += _KICK * model.scale * np.cos(np.arange(model.n_states))
-    step = lane_step(model, states, targets, curvature, cant)
+    step = min(lane_step(model, states, targets, curvature, cant), window / _LOOKS)
     lanes = np.arange(len(ends))
     amplitudes = np.zeros_like(ends)
     sizes = np.full((len(ends), _REMEMBERED), np.nan)
@@ -111,7 +113,7 @@ def survivors(
     for round_ in range(_LONGEST):
         stretch = duration if round_ == 0 else duration / 2.0
         amplitudes[lanes], ends[lanes] = _simulated(
-            model, conditions[lanes], ends[lanes], stretch, step
+            model, conditions[lanes], ends[lanes], (stretch, window), step
         )
         sizes[lanes, :-1] = sizes[lanes, 1:]
         sizes[lanes, -1] = [size_of_amplitudes(model, a) for a in amplitudes[lanes]]
@@ -132,11 +134,11 @@ def survivors(
 
 
 def _simulated(
-    model: Model, conditions: Array, states: Array, duration: float, step: float
+    model: Model, conditions: Array, states: Array, times: tuple[float, float], step: float
 ) -> tuple[Array, Array]:
     """Return the amplitudes of a window at the end, and the states there."""
     batch = Batch([model] * len(states))
     batch.conditions = conditions
     batch.states = states
-    lowest, highest = extremes(batch, (duration, min(_WINDOW, duration)), step)
+    lowest, highest = extremes(batch, times, step)
     return (highest - lowest) / 2.0, np.asarray(batch.states, dtype=float)
