@@ -18,14 +18,15 @@ from design.cycles.ends import (
     Ending,
     ending_at,
     hopf_end,
-    passes_equilibrium,
+    joins,
+    passed,
     size_of,
     stuck,
 )
 from design.cycles.locate import special_points
 from design.cycles.periodic import NoCycle, PeriodicProblem, Solution, half_peak_to_peak
 from design.cycles.points import cycle_from, position, solve_at
-from design.cycles.shooting import Setting, Shooting, steps_for
+from design.cycles.shooting import Setting, Shooting, steps_for, swings_of
 from design.cycles.starts import Start, hopf_start, switch_start
 from design.stability.loss import CriticalSpeed
 
@@ -111,7 +112,10 @@ class CycleContinuation:
         """Start from a periodic motion, towards larger or smaller values of the parameter."""
         value = value_of(setting, start)
         shooting = Shooting(setting, 1)
-        shooting.steps = steps or steps_for(shooting, start.states[0], start.period, value)
+        swings = swings_of(start.states, setting.model.scale)
+        shooting.steps = steps or swings * steps_for(
+            shooting, start.states[0], start.period / swings, value
+        )
         self = cls(setting, limits, longest_step, shooting)
         self._problem = PeriodicProblem(shooting, start.states, value)
         self.cycles.append(solve_at(self._problem, start, value, direction))
@@ -189,8 +193,11 @@ class CycleContinuation:
         if found.newton_steps <= _FEW_STEPS:
             self.step = min(_GROWTH * self.step, self.longest_step)
         new = cycle_from(self._problem, found)
-        if len(self.cycles) > 1 and passes_equilibrium(self.setting, last, new):
+        what = passed(self.setting, last, new) if len(self.cycles) > 1 else None
+        if what == "equilibrium":
             return self._shrunk(last, new)
+        if what is not None:
+            return joins(self.setting, what, last, new)
         low, high = self.limits
         if not low <= new.value <= high and new.tangent[-1] * (new.value - (low + high) / 2.0) > 0.0:
             return self._last(last, new, low if new.value < low else high)

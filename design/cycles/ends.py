@@ -5,15 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from design.cycles.cycle import Cycle, SpecialPoint
+from design.cycles.multipliers import mirrored
 from design.cycles.periodic import NoCycle
 from design.cycles.shooting import Setting, Shooting
 
 Array = NDArray[np.float64]
+Passed = Literal["equilibrium", "half the period", "mirror image"]
 
 SMALLEST_STEP = 1e-5
 """Of arclength; a branch that cannot go on with it is at its end."""
@@ -29,6 +32,7 @@ _GROWN = (
 _INACCURATE = 0.5  # error of the trivial multiplier
 _VERTICAL, _FILLED, _LARGE = 1e-6, 8, 30.0  # change (units), points, amplitude (of the model's scale)
 _CLOSED, _FEWEST = 0.2, 8  # of a step, how near a branch comes back to its start; points before
+_SUBHARMONIC = 0.25  # of the amplitudes: a smaller first harmonic is one of a period that doubles
 _SAME_PHASE = 0.7  # cosine of the turn of the first harmonic in a step
 _NEWTON_STEPS, _SECANT_STEPS, _CONVERGED = 20, 30, 1e-12
 
@@ -147,24 +151,44 @@ def stuck(setting: Setting, cycles: Sequence[Cycle], steps: int) -> Ending:
     return Ending(text, False)
 
 
-# ------------------------------------------------------------------------------ Hopf points
+# ---------------------------------------------------------------- equilibria and other branches
 
 
-def passes_equilibrium(setting: Setting, last: Cycle, new: Cycle) -> bool:
-    """Whether a branch has shrunk to an equilibrium in a step, and gone on beyond it.
+def passed(setting: Setting, last: Cycle, new: Cycle) -> Passed | None:
+    """Return what a branch has shrunk to in a step, and gone on beyond; None where to nothing.
 
-    Beyond it are the same motions at another phase, although the phase is held: it turns by half a
-    period where the branch runs straight through the equilibrium, and less where it passes beside it.
+    Beyond an equilibrium are the same motions at another phase, although the phase is held: it turns
+    by half a period where the branch runs straight through the equilibrium, and less where it passes
+    beside it. A branch of doubled period does the same where it joins the one of single period, and one
+    of motions that are not their own mirror image goes on with the mirror images where it joins those
+    that are.
     """
-    before, after = (_first_harmonic(c) / setting.model.scale for c in (last, new))
-    together = float(np.vdot(before, after).real)
-    return together < _SAME_PHASE * float(np.linalg.norm(before) * np.linalg.norm(after))
+    scale = setting.model.scale
+    before, after = (_first_harmonic(c) / scale for c in (last, new))
+    sizes = [float(np.linalg.norm(h)) for h in (before, after)]
+    if float(np.vdot(before, after).real) < _SAME_PHASE * sizes[0] * sizes[1]:
+        near, size = min(((last, sizes[0]), (new, sizes[1])), key=lambda pair: pair[1])
+        whole = float(np.linalg.norm(near.amplitudes / scale))
+        return "equilibrium" if size > _SUBHARMONIC * whole else "half the period"
+    middles = [c.states[:-1].mean(axis=0) / scale for c in (last, new)]
+    turned = float(middles[0] @ middles[1]) < 0.0
+    if turned and not (mirrored(last) or mirrored(new)):
+        return "mirror image"
+    return None
 
 
 def _first_harmonic(cycle: Cycle) -> NDArray[np.complex128]:
     samples = cycle.states[:-1]
     turn = np.exp(-2j * math.pi * np.arange(len(samples)) / len(samples))
     return np.asarray(turn @ samples / len(samples))
+
+
+def joins(setting: Setting, what: Passed, last: Cycle, new: Cycle) -> Ending:
+    """Return that a branch ends where it joins another, between two motions."""
+    low, high = sorted((last.value, new.value))
+    other = "one of half its period" if what == "half the period" else "one of symmetric motions"
+    between = f"between {setting.parameter} {low:.6g} and {high:.6g}"
+    return Ending(f"the branch joins {other} {between}", True)
 
 
 def hopf_end(shooting: Shooting, last: Cycle, new: Cycle, after: int) -> SpecialPoint | None:

@@ -203,3 +203,11 @@ def steps_for(shooting: Shooting, x: Array, period: float, value: float) -> int:
     """Return the number of Runge-Kutta steps that a period needs about a state."""
     stable = period * shooting.fastest(x, value) / STEP_PER_MODE
     return max(STEPS_PER_PERIOD, math.ceil(stable))
+
+
+def swings_of(states: Array, scale: Array) -> int:
+    """Return how often the state that swings farthest does so in a period: 2 after a doubling."""
+    spread = np.ptp(states, axis=0) / scale
+    signal = states[:-1, int(np.argmax(spread))]
+    above = signal > (signal.max() + signal.min()) / 2.0
+    return max(1, int(np.count_nonzero(above & ~np.roll(above, 1))))

@@ -37,8 +37,8 @@ class Map(Section):
         ]
         paragraphs = [
             f"Wear makes wheels more conical. {COACH.title}, tangent track: below the nonlinear "
-            "critical speed it never hunts, between it and the Hopf point a large enough disturbance makes it "
-            "hunt, above the Hopf point it must.",
+            "critical speed it never hunts, between it and the Hopf point a large enough disturbance "
+            "makes it hunt, above the Hopf point it must.",
         ]
         return fragment(
             "table.html",
