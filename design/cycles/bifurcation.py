@@ -40,6 +40,8 @@ _SAME_BRANCH, _SAME_PERIOD, _SAMPLES = (
     0.01,
     5,
 )  # of amplitude and period, so many motions compared
+_ABOVE = 1.5  # of the range's end, up to which Hopf points are looked for
+_ON_OTHER = 4  # motions in turn that are those of another branch
 _SWITCHED = ("period doubling", "symmetry breaking", "branch point")
 _GRID, _LOWEST = 32, 0.3  # speeds simulated unless others are given, from so much of the onset up
 
@@ -288,22 +290,27 @@ class _Search:
     # ------------------------------------------------------------------------------ branches
 
     def from_hopf_points(self) -> None:
-        """Follow a branch from every Hopf point that no branch so far ends in."""
-        self.hopf.extend(
-            hopf_points(
-                self.model,
-                radius=self.radius,
-                cant=self.cant,
-                speed_range=self.limits,
-                inputs=self.inputs,
-            )
+        """Follow a branch from every Hopf point that no branch so far ends in.
+
+        Points somewhat above the range are looked at too: their branches may reach down into it.
+        """
+        low, high = self.limits
+        found = hopf_points(
+            self.model,
+            radius=self.radius,
+            cant=self.cant,
+            speed_range=(low, _ABOVE * high),
+            inputs=self.inputs,
         )
-        for hopf in self.hopf:
+        self.hopf.extend(h for h in found if h.speed is not None and h.speed <= high)
+        for hopf in found:
             assert hopf.speed is not None
             ends = [s.value for s in self._special() if s.kind == "Hopf"]
             if any(abs(v - hopf.speed) < _SAME_SPEED * hopf.speed for v in ends):
                 continue
-            self._add(Origin("Hopf", hopf.speed), 0, self._followed(Origin("Hopf", hopf.speed), hopf))
+            branch = self._followed(Origin("Hopf", hopf.speed), hopf)
+            if branch is not None and branch.value.min() <= high:
+                self._add(Origin("Hopf", hopf.speed), 0, branch)
 
     def from_branches(self, depth: int) -> None:
         """Follow the branches that leave those found, so many one after the other."""
@@ -420,8 +427,24 @@ class _Search:
         branch = self._followed(origin, cycle, 1)
         if branch is not None and not (self._interrupted or "closes on itself" in branch.ended):
             down = self._followed(origin, cycle, -1)
-            branch = branch if down is None else joined(down, branch)
+            if down is not None:
+                branch = joined(self._own_part(down), self._own_part(branch))
         self._add(origin, 0, branch)
+
+    def _own_part(self, branch: CycleBranch) -> CycleBranch:
+        """Return a branch up to where it runs on to another, whose motions it has from there on."""
+        known = np.array([self._known(c) for c in branch.cycles])
+        runs = np.convolve(known, np.ones(_ON_OTHER), mode="valid") == _ON_OTHER
+        if not runs.any():
+            return branch
+        end = int(np.argmax(runs)) + 1
+        return replace(
+            branch,
+            cycles=branch.cycles[:end],
+            special=tuple(s for s in branch.special if s.after < end),
+            ended=f"it runs on to another branch near {branch.cycles[end - 1].value:.6g} m/s",
+            complete=True,
+        )
 
     def _explained(self, found: Survivor) -> bool:
         """Whether a simulated motion is a stable one of a branch."""

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 STILL = 0.05
 """Largest displacement, in units of the model's scale, below which a motion has died out."""
 
-_LARGE = 8.0  # of the model's scale: 8 mm
+_LARGE = (8.0, 14.0)  # of the model's scale: 8 and 14 mm
 _KICK = (
     1e-3  # of the model's scale, of every state, so that no symmetry holds a motion that is unstable
 )
@@ -54,13 +54,17 @@ class Survivor:
 def large_disturbances(model: Model) -> tuple[dict[str, float], ...]:
     """Return disturbances that throw a vehicle against its flanges: all to one side, and in turn.
 
-    8 of the model's scale (8 mm) in every lateral displacement (states named ``y_...``), or in the
-    first state of equations that name none.
+    8 and 14 of the model's scale (8 and 14 mm) in every lateral displacement (states named ``y_...``),
+    or in the first state of equations that name none.
     """
     names = [s for s in model.state_names if s.startswith("y_")] or [model.state_names[0]]
-    size = {s: _LARGE * float(model.scale[model.state_names.index(s)]) for s in names}
-    turned = {s: v * (-1.0) ** k for k, (s, v) in enumerate(size.items())}
-    return (size, turned) if len(names) > 1 else (size,)
+    scale = {s: float(model.scale[model.state_names.index(s)]) for s in names}
+    signs = ([1.0] * len(names), [(-1.0) ** k for k in range(len(names))])
+    return tuple(
+        {s: sign * large * scale[s] for s, sign in zip(names, turned, strict=True)}
+        for large in _LARGE
+        for turned in signs[: min(2, len(names))]
+    )
 
 
 def size_of_amplitudes(model: Model, amplitudes: Array) -> float:
