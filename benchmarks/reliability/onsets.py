@@ -1,6 +1,6 @@
 """Nonlinear critical speeds of random vehicles against simulation from large disturbances.
 
-Of each vehicle the whole bifurcation diagram is computed, and the vehicle is simulated from disturbances
+Of each vehicle the whole bifurcation diagram is computed, and it is simulated from disturbances
 of several kinds and sizes a little below and above the speed at which it says that hunting can persist.
 A motion that persists below is the error that safety cannot bear; none that persists above means that
 the speed is too low, or that the disturbances miss it: one of them is the hunting motion itself, made
@@ -141,7 +141,7 @@ def _hunting(
     return survivors(model, speeds, starts=[*starts, *more])
 
 
-def _motions(diagram: BifurcationDiagram, speed: float) -> Iterator[dict[str, float]]:
+def _motions(diagram: design.BifurcationDiagram, speed: float) -> Iterator[dict[str, float]]:
     """Yield the stable motions computed next to a speed, made larger, as disturbances."""
     names = diagram.model.state_names
     for branch in diagram.branches:
