@@ -1,7 +1,7 @@
 """Nonlinear critical speeds of random vehicles against simulation from large disturbances.
 
-Of each vehicle the whole bifurcation diagram is computed, and it is simulated from disturbances
-of several kinds and sizes a little below and above the speed at which it says that hunting can persist.
+Of each vehicle the whole bifurcation diagram is computed, and it is simulated from disturbances of
+several kinds and sizes a little below and above the speed from which it says that hunting can persist.
 A motion that persists below is the error that safety cannot bear; none that persists above means that
 the speed is too low, or that the disturbances miss it: one of them is the hunting motion itself, made
 larger.

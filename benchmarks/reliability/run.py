@@ -79,7 +79,7 @@ def measurements(share: float) -> Iterator[Job]:
 
 
 def hunting(share: float) -> Iterator[Job]:
-    """Name every kind of contact, and judge the nonlinear critical speeds of random vehicles with it."""
+    """Name every kind of contact, and judge nonlinear critical speeds of random vehicles with it."""
     count = max(1, round(share * onsets.VEHICLES / len(onsets.KINDS)))
     for kind in onsets.KINDS:
         yield Job("onsets", kind, partial(onsets.run, kind, count))

@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
+from itertools import chain
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -17,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from design.cycles.branch import cycle_branch
 from design.cycles.cycle import Cycle, CycleBranch, CycleError, SpecialPoint
+from design.cycles.diagram import equilibria
 from design.cycles.onset import HuntingOnset
 from design.cycles.simulated_cycle import simulated_cycle
 from design.cycles.survivors import STILL, Survivor, survivors
@@ -223,8 +226,9 @@ def bifurcation_diagram(
 
     Notes
     -----
-    A branch that hangs together with no other and that no simulation ends in is not seen. Inputs other
-    than zero are not simulated.
+    Where a motion gives way to one of two frequencies (a torus point), the motion beyond is simulated,
+    not followed. A branch that hangs together with no other and that no simulation ends in is not seen.
+    Inputs other than zero are not simulated.
     """
     low, high = checks.speeds(speed_range)
     u = checks.vector("inputs", inputs, model.input_names)
@@ -394,15 +398,16 @@ class _Search:
             return
         slowest = max([1.0 / h.frequency for h in self.hopf if h.frequency], default=0.0)
         duration = max(20.0, 20.0 * slowest)
-        simulated = survivors(
+        simulate = partial(
+            survivors,
             self.model,
-            speeds,
             radius=self.radius,
             cant=self.cant,
             duration=duration,
             window=max(2.0, 2.0 * slowest),
         )
-        for found in simulated:
+        beyond = [simulate([v], starts=[away]) for v, away in self._beyond_torus_points()]
+        for found in (*simulate(speeds), *chain.from_iterable(beyond)):
             if self._explained(found):
                 continue
             try:
@@ -420,6 +425,18 @@ class _Search:
             if self._known(cycle) or not cycle.stable:
                 continue
             self._through(cycle)
+
+    def _beyond_torus_points(self) -> Iterator[tuple[float, dict[str, float]]]:
+        """Yield speeds and disturbances next to torus points, on motions that have become unstable."""
+        for branch in self.branches:
+            for point in branch.special:
+                if point.kind != "torus":
+                    continue
+                sides = branch.cycles[point.after - 1 : point.after + 1]
+                motion = min(sides, key=lambda c: c.stable)
+                rest, _ = equilibria(self.model, np.array([motion.speed]), self.radius, self.cant)
+                away = (motion.states[0] - rest[0]).tolist()
+                yield motion.speed, dict(zip(self.model.state_names, away, strict=True))
 
     def _through(self, cycle: Cycle) -> None:
         """Follow a branch to both sides of a motion."""

@@ -165,6 +165,15 @@ def test_a_branch_of_less_symmetry_leaves_where_the_multiplier_is_one():
     assert np.sign(sides[0].cycles[0].states[0, 2]) == -np.sign(sides[1].cycles[0].states[0, 2])
 
 
+@pytest.mark.parametrize("contact", [railenv.Cone(0.4), railenv.LinearProfile(0.4, 0.05, 10.0)])
+def test_a_gentle_onset_at_high_conicity_is_the_nonlinear_critical_speed(contact):
+    vehicle = railenv.HIGH_SPEED_COACH.replace(contact=contact)
+    branch = design.cycle_branch(railenv.Bogie(vehicle))
+    assert branch.hopf.criticality == "supercritical"
+    assert branch.nonlinear_critical_speed == branch.hopf.speed
+    assert branch.onset.rests_on == "Hopf"
+
+
 def test_points_that_no_branch_leaves_are_refused():
     branch = design.cycle_branch(exact.hopf_normal_form(l1=1.0, l2=-1.0), parameter_range=(9.0, 10.5))
     with pytest.raises(design.CycleError, match=r"fold.*branches of periodic motions leave"):

@@ -115,6 +115,20 @@ def test_fold_agrees_with_a_slow_ramp_down(branch):
     assert ramp.critical_speed < fold  # a ramp lags
 
 
+def test_a_very_slow_ramp_ends_where_an_independent_program_has_the_fold(coach_branch):
+    """Between 91.40 and 91.50 m/s; the lag falls with the rate."""
+    fold = coach_branch.nonlinear_critical_speed
+    start = next(c for c in reversed(coach_branch.at(1.004 * fold, stable=True)))
+    slow, slower = (
+        design.speed_ramp(
+            coach_branch.setting.model, start=start.speed, stop=0.997 * fold, rate=rate, cycle=start
+        ).critical_speed
+        for rate in (0.002, 0.0005)
+    )
+    assert 91.40 < slower < fold < 91.50
+    assert fold - slower < 0.45 * (fold - slow)
+
+
 def test_stable_cycles_agree_with_long_simulations(branch):
     stable = [c for c in branch.cycles if c.stable and c.speed > 1.003 * branch.folds[0].value]
     for cycle in [stable[i] for i in np.linspace(0, len(stable) - 1, 6).astype(int)]:

@@ -63,8 +63,10 @@ def test_motion_of_two_frequencies_is_told_as_irregular():
     # beyond the torus point at 11 the second oscillator has its own frequency
     found = design.bifurcation_diagram(exact.company(nu=1.1), speed_range=(9.0, 11.5), speeds=[11.3])
     assert [s.kind for s in found.special] == ["torus"]
-    (motion,) = found.irregular
+    motion = found.irregular[0]
     assert motion.speed == 11.3
+    beyond = found.irregular[-1]  # the motion that has become unstable next to the torus point
+    assert 11.0 < beyond.speed < 11.3
     assert motion.amplitudes[2] == pytest.approx(math.sqrt(0.3 / 0.75), rel=0.1)
     assert found.nonlinear_critical_speed == pytest.approx(MU, rel=1e-8)
 
