@@ -165,13 +165,21 @@ def test_a_branch_of_less_symmetry_leaves_where_the_multiplier_is_one():
     assert np.sign(sides[0].cycles[0].states[0, 2]) == -np.sign(sides[1].cycles[0].states[0, 2])
 
 
-@pytest.mark.parametrize("contact", [railenv.Cone(0.4), railenv.LinearProfile(0.4, 0.05, 10.0)])
-def test_a_gentle_onset_at_high_conicity_is_the_nonlinear_critical_speed(contact):
-    vehicle = railenv.HIGH_SPEED_COACH.replace(contact=contact)
+def test_a_gentle_onset_at_high_conicity_is_the_nonlinear_critical_speed():
+    vehicle = railenv.HIGH_SPEED_COACH.replace(conicity=0.4)
     branch = design.cycle_branch(railenv.Bogie(vehicle))
     assert branch.hopf.criticality == "supercritical"
     assert branch.nonlinear_critical_speed == branch.hopf.speed
     assert branch.onset.rests_on == "Hopf"
+
+
+def test_a_gentle_onset_whose_branch_folds_back_below_it_rests_on_the_fold():
+    contact = railenv.LinearProfile(0.4, 0.05, 10.0)
+    branch = design.cycle_branch(railenv.Bogie(railenv.HIGH_SPEED_COACH.replace(contact=contact)))
+    assert branch.hopf.criticality == "supercritical"
+    assert branch.onset.rests_on == "fold"
+    lowest = min(c.value for c in branch.cycles if c.stable)
+    assert branch.nonlinear_critical_speed <= lowest < branch.hopf.speed
 
 
 def test_points_that_no_branch_leaves_are_refused():
