@@ -20,13 +20,12 @@ from design.cycles.ends import (
     hopf_end,
     joins,
     passed,
-    size_of,
     stuck,
 )
 from design.cycles.locate import special_points
 from design.cycles.periodic import NoCycle, PeriodicProblem, Solution, half_peak_to_peak
 from design.cycles.points import cycle_from, position, solve_at
-from design.cycles.shooting import Setting, Shooting, steps_for, swings_of
+from design.cycles.shooting import Setting, Shooting, displacement, steps_for, swings_of
 from design.cycles.starts import Start, hopf_start, switch_start
 from design.stability.loss import CriticalSpeed
 
@@ -202,8 +201,8 @@ class CycleContinuation:
         if not low <= new.value <= high and new.tangent[-1] * (new.value - (low + high) / 2.0) > 0.0:
             return self._last(last, new, low if new.value < low else high)
         self._add(last, new)
-        smallest = GONE * min(_FIRST_AMPLITUDES[0], size_of(first, self.setting))
-        if size_of(new, self.setting) < smallest and len(self.cycles) > 2:
+        smallest = GONE * min(_FIRST_AMPLITUDES[0], displacement(self.setting.model, first.amplitudes))
+        if displacement(self.setting.model, new.amplitudes) < smallest and len(self.cycles) > 2:
             return self._shrunk(last, new)
         return ending_at(self.setting, self.cycles, self.shooting.steps)
 
@@ -247,7 +246,7 @@ class CycleContinuation:
         """End at the Hopf point between two motions, or near the smaller one."""
         point = hopf_end(self.shooting, last, new, len(self.cycles))
         if point is None:
-            near = min(last, new, key=lambda c: size_of(c, self.setting)).value
+            near = min(last, new, key=lambda c: displacement(self.setting.model, c.amplitudes)).value
             return Ending(f"the amplitude goes to zero near {self.setting.parameter} {near:.6g}", False)
         self.special.append(point)
         at = f"{self.setting.parameter} {point.value:.6g}"

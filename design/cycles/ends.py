@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from design.cycles.cycle import Cycle, SpecialPoint
 from design.cycles.multipliers import mirrored
 from design.cycles.periodic import NoCycle
-from design.cycles.shooting import Setting, Shooting
+from design.cycles.shooting import Setting, Shooting, displacement
 
 Array = NDArray[np.float64]
 Passed = Literal["equilibrium", "half the period", "mirror image"]
@@ -45,11 +45,6 @@ class Ending:
     complete: bool
 
 
-def size_of(cycle: Cycle, setting: Setting) -> float:
-    """Return the largest amplitude of a motion, in units of the model's scale."""
-    return float(np.max(cycle.amplitudes / setting.model.scale))
-
-
 def ending_at(setting: Setting, cycles: Sequence[Cycle], steps: int) -> Ending | None:
     """Return why a branch ends at its newest point, None where it goes on."""
     return (
@@ -63,12 +58,12 @@ def ending_at(setting: Setting, cycles: Sequence[Cycle], steps: int) -> Ending |
 def _vertical(setting: Setting, cycles: Sequence[Cycle]) -> Ending | None:
     """Tell of motions of every amplitude at one value, as linear equations have them."""
     last = cycles[-1]
-    largest = size_of(last, setting)
+    largest = displacement(setting.model, last.amplitudes)
     if largest < _LARGE:
         return None
     unit = setting.unit_at(last.value)
     upright = [c for c in cycles if abs(c.value - last.value) < _VERTICAL * unit]
-    smallest = min(size_of(c, setting) for c in upright)
+    smallest = min(displacement(setting.model, c.amplitudes) for c in upright)
     if len(upright) < min(_FILLED, len(cycles)) or 2.0 * smallest > largest:
         return None
     return Ending(
@@ -203,7 +198,7 @@ def hopf_end(shooting: Shooting, last: Cycle, new: Cycle, after: int) -> Special
         Number of points before it.
     """
     setting = shooting.setting
-    nearest = min(last, new, key=lambda c: size_of(c, setting))
+    nearest = min(last, new, key=lambda c: displacement(setting.model, c.amplitudes))
     try:
         value, state, eigenvalues, change = _crossing(shooting, nearest)
     except NoCycle:

@@ -211,3 +211,11 @@ def swings_of(states: Array, scale: Array) -> int:
     signal = states[:-1, int(np.argmax(spread))]
     above = signal > (signal.max() + signal.min()) / 2.0
     return max(1, int(np.count_nonzero(above & ~np.roll(above, 1))))
+
+
+def displacement(model: Model, amplitudes: Array) -> float:
+    """Return the largest displacement of amplitudes, in units of the model's scale.
+
+    Displacements are the first half of the states.
+    """
+    return float(np.max((amplitudes / model.scale)[: max(model.n_states // 2, 1)]))

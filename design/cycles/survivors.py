@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from design.cycles.diagram import disturbed, equilibria, extremes, lane_step
+from design.cycles.shooting import displacement
 from railenv import checks
 from railenv.batch import Batch
 from railenv.models import Model
@@ -67,12 +68,6 @@ def large_disturbances(model: Model) -> tuple[dict[str, float], ...]:
     )
 
 
-def size_of_amplitudes(model: Model, amplitudes: Array) -> float:
-    """Return the largest displacement of amplitudes, in units of the model's scale."""
-    displacements = slice(0, max(model.n_states // 2, 1))
-    return float(np.max((amplitudes / model.scale)[displacements]))
-
-
 def survivors(
     model: Model,
     speeds: ArrayLike,
@@ -120,7 +115,7 @@ def survivors(
             model, conditions[lanes], ends[lanes], (stretch, window), step
         )
         sizes[lanes, :-1] = sizes[lanes, 1:]
-        sizes[lanes, -1] = [size_of_amplitudes(model, a) for a in amplitudes[lanes]]
+        sizes[lanes, -1] = [displacement(model, a) for a in amplitudes[lanes]]
         moving = sizes[:, -1] > STILL  # False where states are no longer finite
         change = np.abs(sizes[:, -1] / np.maximum(sizes[:, -2], STILL) - 1.0)
         steady[lanes] = change[lanes] <= _STEADY

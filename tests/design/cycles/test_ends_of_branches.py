@@ -7,6 +7,7 @@ import pytest
 
 import design
 import railenv
+from railenv.equations.functions import sqrt
 from tests.design.cycles import exact
 from tests.design.cycles.exact import MU
 
@@ -72,6 +73,25 @@ def test_a_vertical_family_is_named_and_left(cubic):
     assert len(branch) < 40
     assert [s.kind for s in branch.special] in ([], ["branch point"])
     np.testing.assert_allclose(branch.speed, MU, rtol=1e-8)
+
+
+def test_a_family_that_is_vertical_up_to_the_flange_is_followed_beyond_it():
+    model = railenv.Model("play", ["y", "v"], [], _play, {}, scale=1e-3)
+    branch = design.cycle_branch(model, parameter_range=(9.0, 10.5))
+    amplitude = branch.amplitude["y"]
+    upright = np.abs(branch.speed - MU) < 1e-3
+    assert 7e-3 < amplitude[upright].max() < 8.5e-3  # the play is 8 mm
+    assert branch.complete
+    assert branch.speed[-1] == pytest.approx(10.5)
+    assert branch.stable[~upright].all()
+    assert branch.nonlinear_critical_speed == pytest.approx(MU, rel=1e-5)
+
+
+def _play(x, u, speed, curvature, cant, p):
+    """Linear within a play of 8 mm, beyond which a damper takes hold."""
+    y, v = x
+    beyond = sqrt((y - 8e-3) * (y - 8e-3) + 1e-10) + sqrt((y + 8e-3) * (y + 8e-3) + 1e-10) - 16e-3
+    return [v, -25.0 * y + (speed - MU) * v - 300.0 * beyond * v]
 
 
 def _van_der_pol(x, u, speed, curvature, cant, p):
