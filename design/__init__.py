@@ -8,12 +8,14 @@ hunting from 116.4741 m/s at 3.1135 Hz
 
 from design.curves.curve import BifurcationCurve, CurveError, CurvePoint, CurveSpecialPoint
 from design.curves.follow import bifurcation_curve
+from design.cycles.bifurcation import BifurcationDiagram, bifurcation_diagram
 from design.cycles.branch import cycle_branch
 from design.cycles.cycle import Cycle, CycleBranch, CycleError, SpecialPoint
 from design.cycles.diagram import SimulatedDiagram, simulated_diagram
 from design.cycles.hopf import hopf_point
 from design.cycles.hunting_map import HuntingMap, hunting_map
 from design.cycles.motion_plots import phase_portrait
+from design.cycles.onset import HuntingOnset
 from design.cycles.polach import DisturbanceTest, SpeedRamp, disturbance_test, speed_ramp
 from design.cycles.simulated_cycle import simulated_cycle
 from design.cycles.spectrum import Spectrum, spectrum
@@ -33,7 +35,7 @@ from design.loop.feedback import Feedback, LinearFeedback, ScaledFeedback, Stati
 from design.loop.margins import ChannelMargins, Margins, margins
 from design.loop.sampled import ClosedLoop, closed_loop, open_loop
 from design.stability.critical_points import CriticalPoint
-from design.stability.critical_speed import critical_speed
+from design.stability.critical_speed import critical_speed, hopf_points
 from design.stability.gain_locus import GainLocus, gain_locus
 from design.stability.locus import Locus, SpeedLocus, VehicleLocus, speed_locus
 from design.stability.loss import CriticalSpeed, HopfPoint
@@ -48,6 +50,7 @@ from design.studies.study import Study, run_study
 
 __all__ = [
     "BifurcationCurve",
+    "BifurcationDiagram",
     "ChannelMargins",
     "ClosedLoop",
     "CriticalPoint",
@@ -65,6 +68,7 @@ __all__ = [
     "GainLocus",
     "HopfPoint",
     "HuntingMap",
+    "HuntingOnset",
     "LinearFeedback",
     "Locus",
     "Margins",
@@ -88,6 +92,7 @@ __all__ = [
     "Weights",
     "balanced",
     "bifurcation_curve",
+    "bifurcation_diagram",
     "closed_loop",
     "critical_speed",
     "curve_sweep",
@@ -97,6 +102,7 @@ __all__ = [
     "equilibrium",
     "gain_locus",
     "hopf_point",
+    "hopf_points",
     "hunting_map",
     "kalman",
     "lateral_model",

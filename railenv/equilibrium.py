@@ -255,6 +255,24 @@ class Branch:
             return p
         return self.point(p.position + fraction * way, chord / length, p.scale)[0]
 
+    def paces(self, p: Point, q: Point) -> tuple[float, float]:
+        """Return the arclength per fraction of the way from p to q, of :meth:`between`, at p and at q.
+
+        Each in units of its own point.
+        """
+        chord = (q.position - p.position) / p.scale
+        squared = float(chord @ chord)
+        return (
+            squared / float(chord @ p.tangent),
+            squared / float(chord @ (q.tangent * q.scale / p.scale)),
+        )
+
+    def ahead(self, p: Point, distance: float) -> Point:
+        """Return what the tangent of a point predicts, some units of arclength ahead, uncorrected."""
+        z = p.position + distance * p.tangent * p.scale
+        self._evaluator.set(z[: self._n], *self.path.at(z[self._n]), self._inputs)
+        return Point(float(z[-1]), z[:-1], p.tangent, p.scale, self._evaluator.jacobian())
+
     def points(self, first: Point, s_end: float) -> Iterator[Point]:
         """Follow the branch from a point, passing folds, until s reaches ``s_end``.
 

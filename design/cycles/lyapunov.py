@@ -13,7 +13,7 @@ Complex = NDArray[np.complex128]
 
 _LARGEST_DIFFERENCE, _HALVINGS = 1.0, 16  # of the mode given
 _CONVERGED = 1e-3  # relative difference of successive extrapolated coefficients ...
-_CANCELLED = 1e-2  # ... or of this part of the (complex) terms whose real parts cancel
+_CANCELLED = 0.1  # ... or of this part of the (complex) terms whose real parts cancel
 _NOTHING = 1e-200  # a direction that is a rounding error of zero
 _HOLDS = 0.1  # relative error that the range of validity allows
 

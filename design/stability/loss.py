@@ -47,8 +47,15 @@ class CriticalSpeed:
         of its eigenvectors.
     multiplicity : int
         Number of eigenvalues equal to the critical one; 2 for the dual wheelset, else usually 1.
+    growth_slope : float or None
+        How fast the growth rate of the critical mode changes with the speed, 1/s per m/s: positive
+        where its stability is lost, negative where it is gained. None unless it crosses the axis.
+    unstable : int
+        Number of other eigenvalues that are unstable there.
     speed_range : (float, float)
         Range searched, m/s.
+    sampled : ndarray
+        Speeds at which eigenvalues were looked at, m/s, increasing.
     radius, cant : float
         m (``math.inf`` on tangent track), rad.
     model_name : str
@@ -67,7 +74,10 @@ class CriticalSpeed:
     eigenvalue: complex | None
     mode: NDArray[np.complex128] | None
     multiplicity: int
+    growth_slope: float | None
+    unstable: int
     speed_range: tuple[float, float]
+    sampled: NDArray[np.float64] = field(repr=False, compare=False)
     radius: float
     cant: float
     model_name: str

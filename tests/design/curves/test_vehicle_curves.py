@@ -43,7 +43,7 @@ def test_folds_agree_with_branches_and_with_the_map(bogie):
     )
     assert point.speed == pytest.approx(along.folds[0].value, rel=1e-6)
     chart = design.hunting_map(bogie, "conicity", [0.05])
-    assert curve.at("conicity", 0.05) == pytest.approx(chart.fold_speed, rel=2e-6)
+    assert curve.at("conicity", 0.05) == pytest.approx(chart.onset_speed, rel=2e-6)
 
 
 def test_coach_hunts_gently_from_a_bautin_point_on(coach):
