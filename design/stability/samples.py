@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 ALIKE = 1e-6
 """Eigenvalues that differ by less than this fraction of the largest count as one."""
 
-_TINY_STEP = 1e-4  # units of arclength, over which the matrix is differentiated
+_TINY_STEP = 1e-5  # units of arclength, over which the matrix is differentiated
 _FORGOTTEN = 1e-2  # multipliers smaller than this count as this: what a map forgets in a period
 _ZERO = 1e-9  # growth rates below this, times the root of the largest derivative, are rounding error
 _ROUNDING = 1e-10  # of the largest derivative: what differences of growth rates may be wrong by
