@@ -55,16 +55,17 @@ class Spectra:
         """Return the spectra of matrices, and how they change with them.
 
         The derivative of an eigenvalue is that of the matrix between its left and right eigenvectors.
-        Where two eigenvalues meet there is none, and it may be any number.
+        Where two eigenvalues meet there is none, and it is any finite number.
         """
         real, imaginary, left, right = (
             np.array(part) for part in zip(*map(self._decomposed, matrices), strict=True)
         )
         both = np.array((np.array(changes) @ right, right))
         moved, still = between(left, both, imaginary > 0.0)
-        if not still.all():
-            still[still == 0.0] = np.inf
-        return [*map(Spectrum, real + 1j * imaginary, moved / still, right)]
+        with np.errstate(all="ignore"):
+            rates = moved / still
+        rates[~np.isfinite(rates)] = 0.0
+        return [*map(Spectrum, real + 1j * imaginary, rates, right)]
 
     def _decomposed(self, matrix: Array) -> tuple[Array, Array, Array, Array]:
         """Return the eigenvalues, real and imaginary, and packed left and right eigenvectors."""

@@ -253,6 +253,14 @@ def test_derivatives_of_eigenvalues_are_those_of_differences(n):
     np.testing.assert_allclose(found.values[upper + 1], found.values[upper].conj())
 
 
+def test_eigenvalues_that_meet_have_a_finite_rate():
+    # a delay line: three multipliers are zero, with one eigenvector
+    matrix = np.diag([1.0, 1.0, 0.0], -1) + np.diag([0.0, 0.0, 0.0, 0.5])
+    (found,) = Spectra().of([matrix], [np.ones((4, 4))])
+    assert np.isfinite(found.rates).all()
+    assert np.sort(np.abs(found.values)) == pytest.approx([0.0, 0.0, 0.0, 0.5], abs=1e-4)
+
+
 def test_parts_that_begin_to_move_each_other_are_solved_together():
     rng = np.random.default_rng(8)
     first = np.zeros((48, 48))
