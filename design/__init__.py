@@ -6,12 +6,14 @@
 hunting from 116.4739 m/s at 3.1135 Hz
 """
 
+from design.cycles.bifurcation import BifurcationDiagram, bifurcation_diagram
 from design.cycles.branch import cycle_branch
 from design.cycles.cycle import Cycle, CycleBranch, CycleError, SpecialPoint
 from design.cycles.diagram import SimulatedDiagram, simulated_diagram
 from design.cycles.hopf import hopf_point
 from design.cycles.hunting_map import HuntingMap, hunting_map
 from design.cycles.motion_plots import phase_portrait
+from design.cycles.onset import HuntingOnset
 from design.cycles.polach import DisturbanceTest, SpeedRamp, disturbance_test, speed_ramp
 from design.cycles.simulated_cycle import simulated_cycle
 from design.cycles.spectrum import Spectrum, spectrum
@@ -45,6 +47,7 @@ from design.studies.stability_map import StabilityMap, stability_map
 from design.studies.study import Study, run_study
 
 __all__ = [
+    "BifurcationDiagram",
     "ChannelMargins",
     "ClosedLoop",
     "CriticalPoint",
@@ -59,6 +62,7 @@ __all__ = [
     "GainLocus",
     "HopfPoint",
     "HuntingMap",
+    "HuntingOnset",
     "LinearFeedback",
     "Locus",
     "Margins",
@@ -81,6 +85,7 @@ __all__ = [
     "VehicleLocus",
     "Weights",
     "balanced",
+    "bifurcation_diagram",
     "closed_loop",
     "critical_speed",
     "curve_sweep",

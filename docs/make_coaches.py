@@ -154,11 +154,8 @@ def nonlinear(model: railenv.Bogie | railenv.Coach) -> float:
     assert speed is not None
     top = 5.0 * math.ceil(speed * 1.03 / 5.0)
     branch = design.cycle_branch(model, parameter_range=(LOWEST, top))
-    return (
-        float(branch.speed.min())
-        if branch.nonlinear_critical_speed is None
-        else min(speed, branch.nonlinear_critical_speed)
-    )
+    assert branch.nonlinear_critical_speed is not None
+    return branch.nonlinear_critical_speed
 
 
 MAKERS: dict[str, Callable[[], str]] = {"heights": heights, "vehicles": compared}

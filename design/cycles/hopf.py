@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from design.cycles.continuation import CycleContinuation, hopf_mode
+from design.cycles.continuation import CycleContinuation
 from design.cycles.cycle import CycleError
 from design.cycles.shooting import Setting, Shooting
+from design.cycles.starts import hopf_mode
 from design.stability.critical_speed import SPEED_RANGE, critical_speed
 from design.stability.loss import CriticalSpeed, HopfPoint, analyse_hopf_points_by
 from railenv import checks
@@ -86,7 +87,8 @@ def _direction(
     k = int(np.argmax((run.cycles[0].amplitudes / scale)[displacements]))
     wanted = tuple(a * float(scale[k]) for a in AMPLITUDES)
     while run.cycles[-1].amplitudes[k] < wanted[1] and len(run.cycles) < _POINTS:
-        if run.run(len(run.cycles) + 1, progress=False).ended.startswith("no step"):
+        run.run(len(run.cycles) + 1, progress=False)
+        if run.ending is not None:
             break
     amplitudes = np.array([c.amplitudes[k] for c in run.cycles])
     speeds = np.array([c.value for c in run.cycles])

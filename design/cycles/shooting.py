@@ -123,12 +123,16 @@ class Shooting:
         self._kernels.rhs(self._w, self._t)
         return self._w[self._layout.dx : self._layout.work].copy()
 
-    def fastest(self, x: Array, value: float) -> float:
-        """Return the largest magnitude (1/s) of the eigenvalues at a state."""
+    def jacobian(self, x: Array, value: float) -> Array:
+        """Return the derivatives of the time derivatives with respect to the state."""
         self._set(x, value)
         full = np.zeros((self.n, self.n + len(self._directions)))
         self._kernels.dense_jacobian(self._w, self._t, *self._cells, full)
-        return float(np.abs(np.linalg.eigvals(full[:, : self.n])).max())
+        return full[:, : self.n]
+
+    def fastest(self, x: Array, value: float) -> float:
+        """Return the largest magnitude (1/s) of the eigenvalues at a state."""
+        return float(np.abs(np.linalg.eigvals(self.jacobian(x, value))).max())
 
     def shoot(self, x: Array, period: float, value: float) -> Shot:
         """Integrate one period with its derivatives."""
@@ -199,3 +203,19 @@ def steps_for(shooting: Shooting, x: Array, period: float, value: float) -> int:
     """Return the number of Runge-Kutta steps that a period needs about a state."""
     stable = period * shooting.fastest(x, value) / STEP_PER_MODE
     return max(STEPS_PER_PERIOD, math.ceil(stable))
+
+
+def swings_of(states: Array, scale: Array) -> int:
+    """Return how often the state that swings farthest does so in a period: 2 after a doubling."""
+    spread = np.ptp(states, axis=0) / scale
+    signal = states[:-1, int(np.argmax(spread))]
+    above = signal > (signal.max() + signal.min()) / 2.0
+    return max(1, int(np.count_nonzero(above & ~np.roll(above, 1))))
+
+
+def displacement(model: Model, amplitudes: Array) -> float:
+    """Return the largest displacement of amplitudes, in units of the model's scale.
+
+    Displacements are the first half of the states.
+    """
+    return float(np.max((amplitudes / model.scale)[: max(model.n_states // 2, 1)]))
