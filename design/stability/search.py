@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import islice
+from itertools import chain, islice
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,6 +21,7 @@ from design.stability.samples import ALIKE, BranchLine, Sample
 from design.stability.spectra import Complex
 from railenv import checks
 from railenv.equilibrium import Branch, Equilibrium, Point, SpeedPath, Stuck, find_equilibrium
+from railenv.errors import EquilibriumError
 from railenv.models import Model
 
 _ROOT = 1e-8  # of a step, how close a fold is located
@@ -71,16 +73,18 @@ class Search:
 
     def first_loss(self) -> CriticalSpeed:
         """Return the first loss of stability."""
-        last: Sample | None = None
+        groups = self._groups()
+        last = (first := next(groups))[0]
+        if last.unstable.any():
+            return self._result("unstable at start", last)
         try:
-            for step in followed(self.line, self._groups()):
-                if last is None and step.a.unstable.any():
-                    return self._result("unstable at start", step.a)
-                last, lost = step.b, self._first_lost(step)
+            for step in followed(self.line, chain([first], groups)):
+                lost = self._first_lost(step)
                 if not step.b.point.forward:
                     return self._at_fold(step, lost)
                 if lost is not None:
                     return self._result(self._kind(*lost), *lost)
+                last = step.b
         except Stuck:
             return self._result("end", last)
         return self._result("none", None)
@@ -90,15 +94,15 @@ class Search:
         found: list[CriticalSpeed] = []
         try:
             for step in followed(self.line, self._groups()):
-                if not step.b.point.forward:
-                    break
                 for sample, k in self._crossings(step, step.crossing):
-                    if self._kind(sample, k) == "hunting":
+                    if sample.point.forward and self._kind(sample, k) == "hunting":
                         here = self._result("hunting", sample, k)
                         if not any(_same(here, other) for other in found):
                             found.append(here)
+                if not step.b.point.forward:
+                    break
         except Stuck:
-            pass
+            pass  # the branch ends there
         return tuple(replace(each, sampled=self._sampled()) for each in found)
 
     def _groups(self) -> Iterator[list[Sample]]:
@@ -110,16 +114,31 @@ class Search:
         branch, (low, high) = self.line.branch, self.speed_range
         points = branch.points(branch.start(self.start.state, math.log(low)), math.log(high))
         group, end = self._gathered(points, _AT_ONCE)
-        if len(group) > 1 and end is None:
-            group.insert(1, branch.between(group[0], group[1], _FIRST))
+        if len(group) > 1:
+            with suppress(Stuck):
+                group.insert(1, branch.between(group[0], group[1], _FIRST))
         while group:
-            samples = self.line.samples(group)
-            yield samples
+            for samples in self._sampled_at(group):
+                last = samples[-1]
+                yield samples
             if end is not None:
                 break
-            group, end = self._gathered(points, _until_crossing(samples[-1]))
+            group, end = self._gathered(points, _until_crossing(last))
         if end is not None:
             raise end
+
+    def _sampled_at(self, points: list[Point]) -> Iterator[list[Sample]]:
+        """Yield the samples at points, one by one if not all of them have a linear system.
+
+        An error then is raised when what lies before is judged.
+        """
+        try:
+            group = self.line.samples(points)
+        except (EquilibriumError, np.linalg.LinAlgError):
+            for point in points:
+                yield self.line.samples([point])
+        else:
+            yield group
 
     def _gathered(self, points: Iterator[Point], most: int) -> tuple[list[Point], Stuck | None]:
         """Return some more points, up to one beyond a fold, and what ended them."""

@@ -56,7 +56,14 @@ class Spectra:
 
         The derivative of an eigenvalue is that of the matrix between its left and right eigenvectors.
         Where two eigenvalues meet there is none, and it is any finite number.
+
+        Raises
+        ------
+        numpy.linalg.LinAlgError
+            If a matrix has entries that are not finite.
         """
+        if not np.isfinite(matrices).all():
+            raise np.linalg.LinAlgError("Array must not contain infs or NaNs")
         real, imaginary, left, right = (
             np.array(part) for part in zip(*map(self._decomposed, matrices), strict=True)
         )

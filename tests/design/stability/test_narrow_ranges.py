@@ -10,10 +10,11 @@ import design
 import railenv
 from design.loop.dynamics import dynamics
 from design.stability.samples import BranchLine
+from design.stability.search import Search
 from design.stability.spectra import Spectra
 from railenv.equations.functions import exp
 from railenv.equilibrium import Branch, SpeedPath, find_equilibrium
-from railenv.errors import ParameterError
+from railenv.errors import EquilibriumError, ParameterError
 
 WINDOW = (49.573, 50.427)  # m/s
 
@@ -229,6 +230,45 @@ def test_mode_that_is_never_damped_is_not_looked_at_ever_closer():
     found = design.critical_speed(model)
     assert found.speed == pytest.approx(50.0, rel=1e-8)
     assert len(found.sampled) < 45
+
+
+# ---------------------------------------------------------------- where there is no more to see
+
+
+def test_pairs_that_cross_before_a_fold_are_found_and_those_beyond_it_are_not():
+    # the bogie on the tread folds at 48.6 m/s on this curve; in the fold a real eigenvalue crosses
+    model = railenv.Bogie(railenv.HIGH_SPEED_COACH.replace(wheelbase_curving=False))
+    where = {"radius": 1000.0, "cant": 0.0873}
+    assert design.critical_speed(model, **where).loss == "fold"
+    assert design.hopf_points(model, **where) == ()
+
+
+class _Faulty:
+    """Dynamics that have no linear system beyond some speed."""
+
+    period = None
+
+    def __init__(self, model, limit, error):
+        self.own, self.limit, self.error = dynamics(model, None, None), limit, error
+
+    def matrix_at(self, point, conditions):
+        if conditions[0] > self.limit:
+            raise self.error
+        return self.own.matrix_at(point, conditions)
+
+
+@pytest.mark.parametrize("error", [EquilibriumError("lost", 1.0), np.linalg.LinAlgError("not finite")])
+def test_what_fails_beyond_the_loss_does_not_hide_it(error):
+    model = OWN.replace(b1=0.0, a2=0.0, slope=0.01, c2=50.0)
+
+    def search(limit):
+        where = (3.0, 400.0)
+        faulty = _Faulty(model, limit, error)
+        return Search.of(model, math.inf, 0.0, where, None, None, faulty).first_loss()
+
+    assert search(70.0).speed == pytest.approx(50.0, rel=1e-8)
+    with pytest.raises(type(error)):
+        search(40.0)
 
 
 # ------------------------------------------------------------------ what the search stands on
