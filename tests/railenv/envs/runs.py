@@ -24,7 +24,7 @@ def roll(env, actions):
     rows = []
     for action in actions:
         observation, reward, terminated, truncated, info = env.step(action)
-        terms = [info[k] for k in ("hunting", "excursion", "ride", "effort", "derailment")]
+        terms = [info[k] for k in TERM_NAMES]
         rows.append([*observation, reward, terminated, truncated, *terms, *env.fleet.state(0)])
         if terminated or truncated:
             break
