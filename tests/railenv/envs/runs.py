@@ -4,6 +4,8 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
+from railenv.envs.environment import TERM_NAMES
+
 IDS = ("railenv/Bogie-v1", "railenv/DualWheelset-v1")
 BOGIE, DUAL = IDS
 
