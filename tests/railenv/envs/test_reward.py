@@ -179,7 +179,7 @@ def returns(env, pins, policy):
     What comes after a derailment is nothing.
     """
     env.reset(seed=1, options=pins)
-    rewards, done = np.zeros(STEPS), False
+    rewards = np.zeros(STEPS)
     for k in range(STEPS):
         _, rewards[k], terminated, truncated, _ = env.step([policy(env, k)])
         if terminated or truncated:
