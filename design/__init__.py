@@ -3,7 +3,7 @@
 >>> import design, railenv
 >>> model = railenv.Bogie(railenv.HIGH_SPEED_COACH)
 >>> print(design.critical_speed(model))
-hunting from 116.4741 m/s at 3.1135 Hz
+hunting from 116.4739 m/s at 3.1135 Hz
 """
 
 from design.curves.curve import BifurcationCurve, CurveError, CurvePoint, CurveSpecialPoint

@@ -76,9 +76,8 @@ class Point:
 
     Attributes
     ----------
-    s : float
-        Path parameter.
-    state : ndarray, shape (n_states,)
+    position : ndarray, shape (n_states + 1,)
+        State, and the path parameter s.
     tangent : ndarray, shape (n_states + 1,)
         Unit tangent of (state, s), divided by ``scale``.
     scale : ndarray, shape (n_states + 1,)
@@ -87,16 +86,20 @@ class Point:
         Derivatives with respect to states, inputs, speed, curvature and cant.
     """
 
-    s: float
-    state: Array
+    position: Array
     tangent: Array
     scale: Array
     jacobian: Array
 
     @property
-    def position(self) -> Array:
-        """State and s in one vector."""
-        return np.append(self.state, self.s)
+    def s(self) -> float:
+        """Path parameter."""
+        return float(self.position[-1])
+
+    @property
+    def state(self) -> Array:
+        """State, shape (n_states,)."""
+        return self.position[:-1]
 
     @property
     def forward(self) -> bool:
@@ -223,7 +226,7 @@ class Branch:
                 here = self._scale(z[:-1])
                 tangent = solution[:, 1] * scale / here
                 tangent /= math.sqrt(tangent @ tangent)
-                return Point(float(z[-1]), z[:-1], tangent, here, jacobian), steps
+                return Point(z, tangent, here, jacobian), steps
         raise Stuck
 
     def start(self, state: Array, s: float) -> Point:
@@ -271,7 +274,7 @@ class Branch:
         """Return what the tangent of a point predicts, some units of arclength ahead, uncorrected."""
         z = p.position + distance * p.tangent * p.scale
         self._evaluator.set(z[: self._n], *self.path.at(z[self._n]), self._inputs)
-        return Point(float(z[-1]), z[:-1], p.tangent, p.scale, self._evaluator.jacobian())
+        return Point(z, p.tangent, p.scale, self._evaluator.jacobian())
 
     def points(self, first: Point, s_end: float) -> Iterator[Point]:
         """Follow the branch from a point, passing folds, until s reaches ``s_end``.

@@ -1,4 +1,4 @@
-"""Eigenvalues followed along a line, closely enough that none passes the imaginary axis unseen.
+"""Eigenvalues followed along a branch, closely enough that none passes the imaginary axis unseen.
 
 From one sample to the next every mode is matched, and its growth rate between them is the cubic that
 has the values and slopes of both. How well such cubics hold is seen from the one before, continued over
@@ -8,227 +8,292 @@ gone back, or crossed it more than once, the step is halved.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
-from typing import TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
-from design.stability.samples import BranchLine, Complex, Sample
+from design.stability.samples import BranchLine, Sample
+from design.stability.spectra import Complex
 from railenv.equilibrium import Stuck
 
 Array = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Places = NDArray[np.intp]
 
-_FIRST = 0.25  # of the first step, which nothing before it can judge: the first sample in it
 _DEEPEST = 12  # halvings of a step
-_CAUTION = 20.0  # a mode may lie this many times further off than the cubic before was wrong by
-_OF_THE_LINE = (
-    0.05  # how wrong a cubic may be for a line through its ends: what is assumed of the first
-)
+_CAUTION = 20.0  # a mode may lie this many times further off than the cubic before was wrong by,
+_OF_DAMPED = 4.0  # one that dies out within a cycle, which has far to go, so many times,
+_LESS = 1.0 / 3.0  # and after every halving so much less, as what is near leaves more of a trace
+_OF_THE_LINE = 0.05  # of how far a line misses: how wrong a cubic is taken to be with none before it
 _OF_SLOPE = 4.0 / 27.0  # how far from zero a cubic goes between its ends, of its slope at one
 _STRAIGHT = 0.1  # of the rise of a mode that crosses the axis: how wrong its cubic may be
 _ROOT = 1e-9  # of the logarithm of the speed
 _SEARCHES = 40
-_GRID = np.linspace(0.0, 1.0, 9)
-_POWERS = _GRID[:, None] ** np.arange(4)
+
+_POWERS = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [-3, -2, 3, -1], [2, 1, -2, 1]], dtype=float)
+"""Coefficients of a cubic, lowest power first, of its value and slope at 0 and then at 1."""
+
+_POLYGON = np.array([[1, 0, 0, 0], [1, 1 / 3, 0, 0], [0, 0, 1, -1 / 3], [0, 0, 1, 0]])
+"""Its control polygon of the same: between 0 and 1 it stays within the heights of these points."""
+
+_ON_GRID = np.linspace(0.0, 1.0, 9)[:, None] ** np.arange(4) @ _POWERS
+"""Its values at some places between 0 and 1 of the same."""
 
 
-Numbers = TypeVar("Numbers", Array, Complex)
-
-
-def hermite(start: Numbers, end: Numbers, leaving: Numbers, coming: Numbers) -> Numbers:
-    """Return cubics with values and slopes at 0 and 1, lowest power first."""
-    rise = end - start
-    return np.array(
-        [start, leaving, 3.0 * rise - 2.0 * leaving - coming, leaving + coming - 2.0 * rise]
-    )
-
-
-@dataclass(frozen=True)
-class Step:
+class Step(NamedTuple):
     """Two neighbouring samples with their modes matched, in the order of the first.
 
     Attributes
     ----------
     a, b : Sample
-    order : ndarray of int
+    order : ndarray of int, shape (n_modes,)
         Which mode of b each mode of a becomes.
-    paces : (float, float)
+    leaving, coming : float
         Arclength per fraction of the way, at a and at b.
-    cubic : ndarray, shape (4, n_modes)
-        Growth rate of each mode (1/s) as a polynomial of the fraction of the way, lowest power first.
+    ends : ndarray, shape (4, n_modes)
+        Growth rate of each mode (1/s) and its slope over the fraction of the way, at a and then at b.
+    met : ndarray of bool, shape (n_modes,)
+        Which modes meet another: two real eigenvalues become a pair, or a pair two real ones.
+    crossing : ndarray of bool, shape (n_modes,)
+        Which modes are stable at one end only.
     doubt : ndarray, shape (n_modes,)
-        How wrong that may be, 1/s.
+        How wrong the cubic between the ends may be, 1/s.
     """
 
     a: Sample
     b: Sample
-    order: NDArray[np.intp]
-    paces: tuple[float, float]
-    cubic: Array
+    order: Places
+    leaving: float
+    coming: float
+    ends: Array
+    met: Bools
+    crossing: Bools
     doubt: Array
 
-    @classmethod
-    def between(cls, line: BranchLine, a: Sample, b: Sample, before: Step | None) -> Step:
-        """Match the modes of two samples; the step before says how well cubics hold."""
-        paces = line.paces(a, b)
-        order = matched(a.values + 0.5 * paces[0] * a.rates, b.values - 0.5 * paces[1] * b.rates)
-        start, end = a.growth, b.growth[order]
-        leaving, coming = paces[0] * a.growth_rates, paces[1] * b.growth_rates[order]
-        rise = end - start
-        cubic = hermite(start, end, leaving, coming)
-        bend = _OF_THE_LINE * np.maximum(np.abs(rise - leaving), np.abs(rise - coming))
-        doubt = bend if before is None else before._misses(paces[0], end, coming, bend)
-        return cls(a, b, order, paces, cubic, np.maximum(doubt - max(a.rounding, b.rounding), 0.0))
 
-    def _misses(self, pace: float, end: Array, coming: Array, otherwise: Array) -> Array:
-        """Return by how much the cubics of this step, continued, miss the ends of the next one."""
-        ratio = pace / self.paces[1]
-        at = 1.0 + ratio
-        own = np.argsort(self.order)  # this step's mode of each mode of the sample between
-        c0, c1, c2, c3 = self.cubic[:, own]
-        value = c0 + at * (c1 + at * (c2 + at * c3))
-        slope = ratio * (c1 + at * (2.0 * c2 + 3.0 * at * c3))
-        missed = np.maximum(np.abs(end - value), _OF_SLOPE * np.abs(coming - slope))
-        return np.where(self.met[own], otherwise, missed)
-
-    @cached_property
-    def met(self) -> NDArray[np.bool_]:
-        """Which modes meet another: two real eigenvalues become a pair, or a pair two real ones."""
-        return (self.a.values.imag == 0.0) != (self.b.values[self.order].imag == 0.0)
-
-    @cached_property
-    def crossing(self) -> NDArray[np.bool_]:
-        """Which modes are stable at one end only."""
-        return self.a.unstable != self.b.unstable[self.order]
-
-    def sure(self, line: BranchLine) -> bool:
-        """Whether no mode may have passed the axis unseen."""
-        heights = _POWERS @ self.cubic
-        highest, lowest = heights.max(axis=0), heights.min(axis=0)
-        margin = _CAUTION * self.doubt
-        zero = max(self.a.zero, self.b.zero)
-        away = (highest + margin <= zero) | (lowest - margin > zero)
-        rising = np.diff(heights, axis=0) > 0.0
-        monotonic = rising.all(axis=0) | ~rising.any(axis=0)
-        steady = self.doubt < _STRAIGHT * np.abs(heights[-1] - heights[0])
-        fine = np.where(self.crossing, monotonic & steady, away)
-        if self.met.any():
-            fine = np.where(self.met, ~self.crossing & self._meet_away(line, zero), fine)
-        return bool(fine.all())
-
-    def _meet_away(self, line: BranchLine, zero: float) -> NDArray[np.bool_]:
-        """Whether two modes that meet stay on one side of the axis, by their mean and their distance.
-
-        These, and not the two eigenvalues, go smoothly through the place where they meet.
-        """
-        found = np.zeros(len(self.order), dtype=bool)
-        own = np.argsort(self.order)
-        for i in np.flatnonzero(self.met):
-            if self.a.values[i].imag != 0.0:
-                k = _conjugate(self.a.values, i)
-            else:
-                k = int(own[_conjugate(self.b.values, self.order[i])])
-            ends = []
-            for sample, pace, x, y in (
-                (self.a, self.paces[0], i, k),
-                (self.b, self.paces[1], self.order[i], self.order[k]),
-            ):
-                half = (sample.values[x] - sample.values[y]) / 2.0
-                change = pace * (sample.rates[x] - sample.rates[y]) / 2.0
-                mean = (sample.values[x] + sample.values[y]) / 2.0
-                means = pace * (sample.rates[x] + sample.rates[y]) / 2.0
-                ends.append((mean, half**2, means, 2.0 * half * change))
-            mean = _POWERS @ hermite(ends[0][0], ends[1][0], ends[0][2], ends[1][2])
-            apart = np.sqrt(_POWERS @ hermite(ends[0][1], ends[1][1], ends[0][3], ends[1][3]))
-            both = np.array([mean + apart, mean - apart])
-            heights, _ = line.growing(both, np.zeros_like(both))
-            found[i] = self.met[k] and bool(heights.max() <= zero or heights.min() > zero)
-        return found
+def steps_between(line: BranchLine, samples: Sequence[Sample], before: Step | None) -> list[Step]:
+    """Match the modes of neighbouring samples; the step before them says how well cubics hold."""
+    values, rates, growth, slopes, real, unstable = (
+        np.array([getattr(sample, name) for sample in samples])
+        for name in ("values", "rates", "growth", "growth_rates", "real", "unstable")
+    )
+    paces = [*map(line.paces, samples[:-1], samples[1:])]
+    leaving, coming = np.array(paces).T[:, :, None]
+    order = matched(values[:-1] + 0.5 * leaving * rates[:-1], values[1:] - 0.5 * coming * rates[1:])
+    b = np.arange(1, len(samples))[:, None], order
+    ends = np.array([growth[:-1], leaving * slopes[:-1], growth[b], coming * slopes[b]])
+    ends = ends.transpose(1, 0, 2)
+    met, crossing = real[:-1] != real[b], unstable[:-1] != unstable[b]
+    start, leave, end, come = ends.transpose(1, 0, 2)
+    rise = end - start
+    doubt = _OF_THE_LINE * np.maximum(np.abs(rise - leave), np.abs(rise - come))
+    first = 1 if before is None else 0
+    earlier = [] if before is None else [before]
+    if len(samples) - 1 > first:
+        missed = _missed(
+            np.array([*(s.order for s in earlier), *order[:-1]]),
+            np.array([*(s.ends for s in earlier), *ends[:-1]]),
+            np.array([*(s.met for s in earlier), *met[:-1]]),
+            leaving[first:] / np.array([*([s.coming] for s in earlier), *coming[:-1]]),
+            ends[first:],
+        )
+        doubt[first:] = np.where(np.isnan(missed), doubt[first:], missed)
+    rounding = [max(one.rounding, two.rounding) for one, two in pairwise(samples)]
+    doubt = np.maximum(doubt - np.array(rounding)[:, None], 0.0)
+    return [
+        Step(one, two, *each)
+        for one, two, *each in zip(
+            samples[:-1], samples[1:], order, *zip(*paces, strict=True), ends, met, crossing, doubt,
+            strict=True,
+        )
+    ]  # fmt: skip
 
 
-def _conjugate(values: Complex, k: np.intp) -> int:
-    """Return the place of the conjugate of an eigenvalue, beside which LAPACK puts it."""
-    return int(k) + int(np.sign(values[k].imag))
+def _missed(order: Places, before: Array, met: Bools, ratio: Array, ends: Array) -> Array:
+    """Return by how much the cubics of steps, continued over the next ones, miss the ends of these.
+
+    NaN for modes that met another one, of which a cubic tells nothing.
+    """
+    own = order.argsort(axis=1)[:, None]  # the step's mode of each mode of the sample at its end
+    c0, c1, c2, c3 = (_POWERS @ np.take_along_axis(before, own, axis=2)).transpose(1, 0, 2)
+    at = 1.0 + ratio
+    value = c0 + at * (c1 + at * (c2 + at * c3))
+    slope = ratio * (c1 + at * (2.0 * c2 + 3.0 * at * c3))
+    found = np.maximum(np.abs(ends[:, 2] - value), _OF_SLOPE * np.abs(ends[:, 3] - slope))
+    return np.where(np.take_along_axis(met, own[:, 0], axis=1), np.nan, found)
 
 
-def matched(a: Complex, b: Complex) -> NDArray[np.intp]:
-    """Return which of b's numbers belongs to each of a's."""
-    from scipy.optimize import linear_sum_assignment
+def sure(line: BranchLine, steps: Sequence[Step], halvings: int) -> list[bool]:
+    """Say of steps, halved so many times, whether no mode may have passed the axis unseen."""
+    polygon = _POLYGON @ np.array([step.ends for step in steps])
+    less = _LESS**halvings
+    caution = max(_OF_DAMPED * less, 1.0), max(_CAUTION * less, 1.0)
+    margin = np.array([np.where(step.a.damped, *caution) * step.doubt for step in steps])
+    zero = np.array([[max(step.a.zero, step.b.zero)] for step in steps])
+    fine = (polygon.max(axis=1) + margin <= zero) | (polygon.min(axis=1) - margin > zero)
+    met = np.array([step.met for step in steps])
+    plain = fine.all(axis=1) & ~met.any(axis=1)
+    return [
+        quick or _sure(line, *each)
+        for quick, *each in zip(plain.tolist(), steps, polygon, fine, strict=True)
+    ]
 
-    gap = np.abs(a[:, None] - b) / (np.abs(a)[:, None] + np.abs(b) + 1e-300)
-    return np.asarray(linear_sum_assignment(gap)[1])
+
+def _sure(line: BranchLine, step: Step, polygon: Array, fine: Bools) -> bool:
+    """Return the same of one step, given which modes stay on one side of the axis."""
+    rises = polygon[1:] - polygon[:-1]
+    one_way = (rises >= 0.0).all(axis=0) | (rises <= 0.0).all(axis=0)
+    steady = step.doubt < _STRAIGHT * np.abs(polygon[-1] - polygon[0])
+    fine = np.where(step.crossing, one_way & steady & ~step.met, fine)
+    return bool((fine | step.met).all()) and (not step.met.any() or _meet_away(line, step))
 
 
-def followed(line: BranchLine, samples: Iterable[Sample]) -> Iterator[Step]:
+def _meet_away(line: BranchLine, step: Step) -> bool:
+    """Whether modes that meet stay on one side of the axis.
+
+    That is told by their mean and the square of how far they are from it, which go smoothly through the
+    place where they meet, as the two eigenvalues do not.
+    """
+    a, b, order, zero = step.a, step.b, step.order, max(step.a.zero, step.b.zero)
+    own = order.argsort()
+    first = np.flatnonzero(step.met)
+    other = [own[_conjugate(b, order[i])] if a.real[i] else _conjugate(a, i) for i in first]
+    if (step.crossing & step.met).any() or not step.met[other].all():
+        return False
+    mean, square = [], []
+    for sample, pace, one, two in (
+        (a, step.leaving, first, other),
+        (b, step.coming, order[first], order[other]),
+    ):
+        half = (sample.values[one] - sample.values[two]) / 2.0
+        slope = pace * (sample.rates[one] - sample.rates[two]) / 2.0
+        mean += [(sample.values[one] + sample.values[two]) / 2.0]
+        mean += [pace * (sample.rates[one] + sample.rates[two]) / 2.0]
+        square += [half * half, 2.0 * half * slope]
+    middle, away = _ON_GRID @ np.array(mean), np.sqrt(_ON_GRID @ np.array(square))
+    both = np.concatenate([middle + away, middle - away])
+    heights, _ = line.growing(both, np.zeros_like(both))
+    return bool(((heights.max(axis=0) <= zero) | (heights.min(axis=0) > zero)).all())
+
+
+def _conjugate(sample: Sample, k: np.intp) -> int:
+    """Return the place of the conjugate of an eigenvalue, which stands beside it."""
+    return int(k) + int(np.sign(sample.values[k].imag))
+
+
+def matched(a: Complex, b: Complex) -> Places:
+    """Return which number of each row of b belongs to each of a's."""
+    size = np.abs(a)[:, :, None] + (np.abs(b) + 1e-300)[:, None]
+    gaps = np.abs(a[:, :, None] - b[:, None]) / size
+    return np.array([linear_sum_assignment(gap)[1] for gap in gaps])
+
+
+def followed(line: BranchLine, groups: Iterable[Sequence[Sample]]) -> Iterator[Step]:
     """Yield steps between samples in order, halved until they are sure.
 
     A step that cannot be halved (where wheels lift, or after too many halvings) is taken as it is.
+
+    Parameters
+    ----------
+    line : BranchLine
+    groups : iterable of sequences of Sample
+        The samples in order; those of a group are judged at once.
     """
     before: Step | None = None
-    for a, b in pairwise(samples):
-        for step in _steps(line, a, b, before, 0):
-            before = step
-            yield step
+    reached: list[Sample] = []
+    for group in groups:
+        ahead = [*reached, *group]
+        while len(ahead) > 1:
+            steps = steps_between(line, ahead, before)
+            passed = [*sure(line, steps, 0), False].index(False)
+            for step in steps[:passed]:
+                before = step
+                yield step
+            ahead = ahead[passed:]
+            if len(ahead) > 1:
+                for step in _halved(line, ahead[0], ahead[1], before):
+                    before = step
+                    yield step
+                ahead = ahead[1:]
+        reached = ahead
 
 
-def _steps(line: BranchLine, a: Sample, b: Sample, before: Step | None, depth: int) -> Iterator[Step]:
-    step = Step.between(line, a, b, before)
-    first = before is None and depth == 0
-    if depth < _DEEPEST and (first or not step.sure(line)):
-        try:
-            middle = line.between(a, b, _FIRST if first else 0.5)
-        except Stuck:
-            yield step
-            return
-        for step in _steps(line, a, middle, before, depth + 1):
-            before = step
-            yield step
-        yield from _steps(line, middle, b, before, depth + 1)
-    else:
+def _halved(line: BranchLine, a: Sample, b: Sample, before: Step | None) -> Iterator[Step]:
+    """Yield the parts of a step that is not sure, halved until they are."""
+    ahead, depths = [b], [0]  # what is still to be reached, the nearest last
+    while ahead:
+        step = None
+        if depths[-1] > 0:
+            (step,) = steps_between(line, [a, ahead[-1]], before)
+        if step is None or (depths[-1] < _DEEPEST and not sure(line, [step], depths[-1])[0]):
+            try:
+                middle = line.between(a, ahead[-1], 0.5)
+            except Stuck:
+                (step,) = steps_between(line, [a, ahead[-1]], before)
+            else:
+                depths += [depths.pop() + 1] * 2
+                ahead.append(middle)
+                continue
         yield step
+        before, a = step, ahead.pop()
+        depths.pop()
+
+
+def root_of(step: Step, mode: int) -> float:
+    """Return where on the way a mode that crosses the axis is expected to do so."""
+    return _root(step.ends[:, mode])
 
 
 def located(line: BranchLine, step: Step, mode: int) -> tuple[Sample, int]:
     """Return the sample at which a mode crosses the axis within a step, and its place among the modes.
 
-    The root of the cubic is sampled, until the step from the last root is within 1e-9 of the speed.
+    The root of its cubic is sampled and the step made shorter by it, until another root would lie
+    within 1e-9 of the speed.
     """
     a, b, i, j = step.a, step.b, mode, int(step.order[mode])
     if a.growth[i] >= 0.0 and not a.unstable[i]:  # within rounding of zero: it is left here
         return a, i
     up = bool(b.unstable[j])
-    best = (a, i)
+    found = (a, i)
     for _ in range(_SEARCHES):
-        paces = line.paces(a, b)
-        value, root = _root(a, i, b, j, paces)
-        middle = line.between(a, b, root)
-        k = int(np.argmin(np.abs(middle.values - value)))
-        best = (middle, k)
+        leaving, coming = line.paces(a, b)
+        at = _root([a.growth[i], leaving * a.growth_rates[i], b.growth[j], coming * b.growth_rates[j]])
+        ends = np.array([a.values[i], leaving * a.rates[i], b.values[j], coming * b.rates[j]])
+        expected = at ** np.arange(4) @ _POWERS @ ends
+        middle = line.between(a, b, at)
+        k = int(np.argmin(np.abs(middle.values - expected)))
+        found = (middle, k)
         height, slope = float(middle.growth[k]), float(middle.growth_rates[k])
-        reach = abs(middle.point.tangent[-1]) * middle.point.scale[-1]
-        if slope != 0.0 and abs(height / slope) * reach < _ROOT:
-            break
-        if abs(b.point.s - a.point.s) < _ROOT:
+        reach = abs(float(middle.point.tangent[-1] * middle.point.scale[-1]))
+        if abs(height) * reach <= _ROOT * abs(slope) or abs(b.point.s - a.point.s) < _ROOT:
             break
         if (height > 0.0) == up:
             b, j = middle, k
         else:
             a, i = middle, k
-    return best
+    return found
 
 
-def _root(a: Sample, i: int, b: Sample, j: int, paces: tuple[float, float]) -> tuple[complex, float]:
-    """Return the eigenvalue expected where the growth rate crosses zero, and where on the way."""
-    cubic = hermite(
-        a.growth[i], b.growth[j], paces[0] * a.growth_rates[i], paces[1] * b.growth_rates[j]
-    )
-    roots = np.roots(cubic[::-1])
-    inside = roots[(np.abs(roots.imag) < 1e-9) & (roots.real > 0.0) & (roots.real < 1.0)].real
-    share = a.growth[i] / (a.growth[i] - b.growth[j])
-    t = float(inside[np.argmin(np.abs(inside - share))]) if inside.size else float(share)
-    value = hermite(a.values[i], b.values[j], paces[0] * a.rates[i], paces[1] * b.rates[j])
-    return complex(np.polyval(value[::-1], t)), t
+def _root(ends: Iterable[float]) -> float:
+    """Return where a cubic of which the ends have two signs is zero: by Newton's method, bracketed."""
+    c0, c1, c2, c3 = (_POWERS @ np.array([*ends])).tolist()
+    low, high = 0.0, 1.0
+    at = c0 / -(c1 + c2 + c3)  # where the line between the ends is
+    for _ in range(_SEARCHES):
+        value = c0 + at * (c1 + at * (c2 + at * c3))
+        if (value > 0.0) == (c0 > 0.0):
+            low = at
+        else:
+            high = at
+        slope = c1 + at * (2.0 * c2 + 3.0 * at * c3)
+        following = at - value / slope if slope else low
+        if not low < following < high:
+            following = 0.5 * (low + high)
+        if abs(following - at) < 1e-15:
+            break
+        at = following
+    return at

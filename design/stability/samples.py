@@ -1,66 +1,72 @@
-"""Linear systems sampled along a line: their eigenvalues, and the rates at which these change.
+"""Modes sampled along a branch of equilibria over speed, and the rates at which they change.
 
-The line is a branch of equilibria over speed. The rates are exact but for the derivative of the matrix
-along the line, which is a difference over a tiny step: of a mode they are that derivative between its
-left and right eigenvectors.
+The rates are exact but for the derivative of the matrix along the branch, which is a difference over a
+tiny step.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lapack
 
 from design.loop.dynamics import Dynamics
+from design.stability.spectra import Complex, Spectra, Spectrum
 from railenv.equilibrium import Branch, Point, SpeedPath
 
 Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 ALIKE = 1e-6
 """Eigenvalues that differ by less than this fraction of the largest count as one."""
 
-_TINY_STEP = 1e-4  # units of arclength, over which the matrix is differentiated
+_TINY_STEP = 1e-5  # units of arclength, over which the matrix is differentiated
 _FORGOTTEN = 1e-2  # multipliers smaller than this count as this: what a map forgets in a period
-_ROUNDING = 1e-8  # of the largest eigenvalue: what its neighbours may be wrong by
 _ZERO = 1e-9  # growth rates below this, times the root of the largest derivative, are rounding error
+_ROUNDING = 1e-10  # of the largest derivative: what differences of growth rates may be wrong by
 
 
-@dataclass(frozen=True)
-class Sample:
-    """Modes of a linear system at a point of the line.
+class Sample(NamedTuple):
+    """Modes of a linear system at a point of the branch.
 
     Attributes
     ----------
     point : Point
-    values, rates : ndarray of complex, shape (n_modes,)
-        Eigenvalues of the matrix (of a system in discrete time, multipliers), and their derivatives
-        with respect to the arclength along the line.
+    spectrum : Spectrum
+        Of the matrix (of a system in discrete time, the eigenvalues are multipliers), with derivatives
+        with respect to the arclength along the branch.
     growth, growth_rates : ndarray, shape (n_modes,)
         Growth rates (1/s), and their derivatives.
-    vectors : ndarray of complex, shape (n, n_modes)
+    real, unstable, damped : ndarray of bool, shape (n_modes,)
+        Which eigenvalues are real, which modes grow, and which die out within a cycle.
     zero : float
         Growth rate (1/s) up to which a mode does not count as unstable, within rounding.
     rounding : float
-        1/s, how wrong a growth rate may be.
+        1/s, what may be wrong with a difference of growth rates.
     """
 
     point: Point
-    values: Complex
-    rates: Complex
+    spectrum: Spectrum
     growth: Array
     growth_rates: Array
-    vectors: Complex
+    real: NDArray[np.bool_]
+    unstable: NDArray[np.bool_]
+    damped: NDArray[np.bool_]
     zero: float
     rounding: float
 
     @property
-    def unstable(self) -> NDArray[np.bool_]:
-        """Which modes grow."""
-        return self.growth > self.zero
+    def values(self) -> Complex:
+        """Eigenvalues of the matrix."""
+        return self.spectrum.values
+
+    @property
+    def rates(self) -> Complex:
+        """Their derivatives."""
+        return self.spectrum.rates
 
     @property
     def speed(self) -> float:
@@ -80,6 +86,7 @@ class BranchLine:
     n_states : int
     speeds : list of float
         All speeds sampled so far, m/s.
+    spectra : Spectra
     """
 
     branch: Branch
@@ -87,23 +94,43 @@ class BranchLine:
     dynamics: Dynamics
     n_states: int
     speeds: list[float] = field(default_factory=list)
+    spectra: Spectra = field(default_factory=Spectra)
 
-    def sample(self, point: Point) -> Sample:
-        """Return the modes at a point of the branch."""
-        dynamics, path = self.dynamics, self.path
-        matrix = dynamics.matrix_at(point, path.at(point.s))
-        beyond = self.branch.ahead(point, _TINY_STEP)
-        change = (dynamics.matrix_at(beyond, path.at(beyond.s)) - matrix) / _TINY_STEP
-        values, rates, vectors = eigenvalues_with_rates(matrix, change)
-        growth, growth_rates = self.growing(values, rates)
-        self.speeds.append(math.exp(point.s))
-        size = float(np.abs(point.jacobian[:, : self.n_states]).max())
-        largest = float(np.abs(growth).max())
-        return Sample(
-            point, values, rates, growth, growth_rates, vectors,
-            zero=_ZERO * max(size, 1.0) ** 0.5,
-            rounding=_ROUNDING * largest,
-        )  # fmt: skip
+    def samples(self, points: Sequence[Point]) -> list[Sample]:
+        """Return the modes at points of the branch."""
+        at, matrix_at = self.path.at, self.dynamics.matrix_at
+        matrices = [matrix_at(point, at(point.s)) for point in points]
+        beyond = [self.branch.ahead(point, _TINY_STEP) for point in points]
+        changes = [
+            (matrix_at(point, at(point.s)) - matrix) / _TINY_STEP
+            for point, matrix in zip(beyond, matrices, strict=True)
+        ]
+        found = self.spectra.of(matrices, changes)
+        self.speeds.extend(math.exp(point.s) for point in points)
+        values = np.array([spectrum.values for spectrum in found])
+        growth, rates = self.growing(values, np.array([spectrum.rates for spectrum in found]))
+        largest = np.maximum(np.abs(matrices).max(axis=(1, 2)), 1.0)
+        zero = _ZERO * np.sqrt(largest)
+        unstable = growth > zero[:, None]
+        return [
+            *map(
+                Sample,
+                points,
+                found,
+                growth,
+                rates,
+                values.imag == 0.0,
+                unstable,
+                growth < -self._frequencies(values),
+                zero.tolist(),
+                (_ROUNDING * largest).tolist(),
+            )
+        ]
+
+    def _frequencies(self, values: Complex) -> Array:
+        """Return the angular frequencies of eigenvalues of the matrix, rad/s."""
+        period = self.dynamics.period
+        return np.abs(values.imag if period is None else np.angle(values) / period)
 
     def between(self, a: Sample, b: Sample, fraction: float) -> Sample:
         """Return the modes at a fraction of the way from a to b.
@@ -113,7 +140,7 @@ class BranchLine:
         Stuck
             If there is no such point.
         """
-        return self.sample(self.branch.between(a.point, b.point, fraction))
+        return self.samples([self.branch.between(a.point, b.point, fraction)])[0]
 
     def paces(self, a: Sample, b: Sample) -> tuple[float, float]:
         """Return the arclength per fraction of the way from a to b, at both."""
@@ -128,49 +155,3 @@ class BranchLine:
         held = np.maximum(size, _FORGOTTEN)
         change = np.where(size > _FORGOTTEN, (rates * values.conj()).real / held**2, 0.0)
         return np.log(held) / period, change / period
-
-
-def eigenvalues_with_rates(matrix: Array, change: Array) -> tuple[Complex, Complex, Complex]:
-    """Return a matrix's eigenvalues, their derivatives as it changes, and right eigenvectors.
-
-    Of equal eigenvalues with eigenvectors of their own, whose vectors are any of a plane, the
-    derivatives are those of the plane.
-    """
-    real, imaginary, left, right, info = lapack.dgeev(matrix)
-    if info:
-        raise np.linalg.LinAlgError("Eigenvalues did not converge")
-    values = real + 1j * imaginary
-    pairs = np.flatnonzero(imaginary > 0.0)
-    v, w = (_unpacked(packed, pairs) for packed in (right, left))
-    moved = change @ v
-    across = np.einsum("ij,ij->j", w.conj(), v)
-    with np.errstate(all="ignore"):
-        rates = np.einsum("ij,ij->j", w.conj(), moved) / across
-    for plane in _planes(values):
-        projected = w[:, plane].conj().T
-        rates[plane] = _of_plane(projected @ v[:, plane], projected @ moved[:, plane])
-    return values, np.nan_to_num(rates, nan=0.0, posinf=0.0, neginf=0.0), v
-
-
-def _unpacked(packed: Array, pairs: NDArray[np.intp]) -> Complex:
-    """Return eigenvectors of LAPACK, which puts real and imaginary parts of pairs side by side."""
-    vectors = packed.astype(complex)
-    vectors[:, pairs] += 1j * packed[:, pairs + 1]
-    vectors[:, pairs + 1] = vectors[:, pairs].conj()
-    return vectors
-
-
-def _planes(values: Complex) -> list[NDArray[np.intp]]:
-    """Return groups of equal eigenvalues."""
-    near = np.abs(values[:, None] - values) < ALIKE * float(np.abs(values).max(initial=1e-300))
-    if int(near.sum()) == len(values):
-        return []
-    groups = {tuple(np.flatnonzero(row)) for row in near if row.sum() > 1}
-    return [np.array(group) for group in groups]
-
-
-def _of_plane(overlap: Complex, moved: Complex) -> Complex:
-    try:
-        return np.linalg.eigvals(np.linalg.solve(overlap, moved)).astype(complex)
-    except np.linalg.LinAlgError:
-        return np.zeros(len(overlap), dtype=complex)

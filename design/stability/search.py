@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import chain
+from itertools import chain, islice
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,18 +14,23 @@ from scipy import optimize
 
 from design.loop.dynamics import Dynamics
 from design.loop.sampled import continuous
-from design.stability.crossings import Step, followed, located
+from design.stability.crossings import Step, followed, located, root_of
 from design.stability.loss import CriticalSpeed, Loss
 from design.stability.mode_shape import displacement_rows
-from design.stability.samples import ALIKE, BranchLine, Complex, Sample
+from design.stability.samples import ALIKE, BranchLine, Sample
+from design.stability.spectra import Complex
 from railenv import checks
 from railenv.equilibrium import Branch, Equilibrium, Point, SpeedPath, Stuck, find_equilibrium
+from railenv.errors import EquilibriumError
 from railenv.models import Model
 
 _ROOT = 1e-8  # of a step, how close a fold is located
+_FIRST = 0.25  # of the first step: the first sample in it
+_AT_ONCE = 12  # samples, at the most, that are computed at once: faster than one by one
 _REAL = 1e-3  # imaginary parts below this fraction of the largest count as none at a fold
 _CLOSED_LOOP_STEP = 0.06  # of the logarithm of the speed: controllers can have narrow unstable ranges
 _LONGEST = 1.0  # the largest step that may be asked for
+_CLOSE = 0.05  # of a step: crossings of the axis expected closer than this are all located
 _SAME = 1e-7  # relative difference of speeds of one crossing
 
 
@@ -67,17 +73,18 @@ class Search:
 
     def first_loss(self) -> CriticalSpeed:
         """Return the first loss of stability."""
-        samples = self._samples()
-        last = first = next(samples)
-        if first.unstable.any():
-            return self._result("unstable at start", first)
+        groups = self._groups()
+        last = (first := next(groups))[0]
+        if last.unstable.any():
+            return self._result("unstable at start", last)
         try:
-            for step in followed(self.line, chain([first], samples)):
-                last, lost = step.b, self._first_lost(step)
+            for step in followed(self.line, chain([first], groups)):
+                lost = self._first_lost(step)
                 if not step.b.point.forward:
                     return self._at_fold(step, lost)
                 if lost is not None:
                     return self._result(self._kind(*lost), *lost)
+                last = step.b
         except Stuck:
             return self._result("end", last)
         return self._result("none", None)
@@ -86,32 +93,80 @@ class Search:
         """Return the crossings of all complex pairs up to where the branch ends or turns back."""
         found: list[CriticalSpeed] = []
         try:
-            for step in followed(self.line, self._samples()):
-                if not step.b.point.forward:
-                    break
+            for step in followed(self.line, self._groups()):
                 for sample, k in self._crossings(step, step.crossing):
-                    if self._kind(sample, k) == "hunting":
+                    if sample.point.forward and self._kind(sample, k) == "hunting":
                         here = self._result("hunting", sample, k)
                         if not any(_same(here, other) for other in found):
                             found.append(here)
+                if not step.b.point.forward:
+                    break
         except Stuck:
-            pass
+            pass  # the branch ends there
         return tuple(replace(each, sampled=self._sampled()) for each in found)
 
-    def _samples(self) -> Iterator[Sample]:
-        low, high = self.speed_range
-        first = self.line.branch.start(self.start.state, math.log(low))
-        return map(self.line.sample, self.line.branch.points(first, math.log(high)))
+    def _groups(self) -> Iterator[list[Sample]]:
+        """Yield samples along the branch, some at once.
+
+        The first step, which nothing before it can judge, is short. What ends the branch is raised when
+        what lies before it is judged.
+        """
+        branch, (low, high) = self.line.branch, self.speed_range
+        points = branch.points(branch.start(self.start.state, math.log(low)), math.log(high))
+        group, end = self._gathered(points, _AT_ONCE)
+        if len(group) > 1:
+            with suppress(Stuck):
+                group.insert(1, branch.between(group[0], group[1], _FIRST))
+        while group:
+            for samples in self._sampled_at(group):
+                last = samples[-1]
+                yield samples
+            if end is not None:
+                break
+            group, end = self._gathered(points, _until_crossing(last))
+        if end is not None:
+            raise end
+
+    def _sampled_at(self, points: list[Point]) -> Iterator[list[Sample]]:
+        """Yield the samples at points, one by one if not all of them have a linear system.
+
+        An error then is raised when what lies before is judged.
+        """
+        try:
+            group = self.line.samples(points)
+        except (EquilibriumError, np.linalg.LinAlgError):
+            for point in points:
+                yield self.line.samples([point])
+        else:
+            yield group
+
+    def _gathered(self, points: Iterator[Point], most: int) -> tuple[list[Point], Stuck | None]:
+        """Return some more points, up to one beyond a fold, and what ended them."""
+        group: list[Point] = []
+        try:
+            for point in islice(points, most):
+                group.append(point)
+                if not point.forward:
+                    break
+        except Stuck as end:
+            return group, end
+        return group, None
 
     def _crossings(self, step: Step, modes: NDArray[np.bool_]) -> list[tuple[Sample, int]]:
         """Locate where some modes cross the axis within a step, in order; of a pair, one."""
-        upper = (step.a.values.imag >= 0.0) | (step.b.values[step.order].imag >= 0.0)
-        at = [located(self.line, step, int(i)) for i in np.flatnonzero(modes & upper)]
+        at = [located(self.line, step, k) for k in _upper(step, modes)]
         return sorted(at, key=lambda found: _way(step, found[0].point))
 
     def _first_lost(self, step: Step) -> tuple[Sample, int] | None:
-        lost = self._crossings(step, step.crossing & ~step.a.unstable)
-        return lost[0] if lost else None
+        """Locate where the first mode becomes unstable in a step, if one does."""
+        if not step.crossing.any():
+            return None
+        lost = {k: root_of(step, k) for k in _upper(step, step.crossing & ~step.a.unstable)}
+        if not lost:
+            return None
+        close = [k for k, root in lost.items() if root < min(lost.values()) + _CLOSE]
+        at = [located(self.line, step, k) for k in close]
+        return min(at, key=lambda found: _way(step, found[0].point))
 
     def _at_fold(self, step: Step, lost: tuple[Sample, int] | None) -> CriticalSpeed:
         """Tell a loss of stability in a step that turns back from the fold in it.
@@ -131,7 +186,7 @@ class Search:
             real = abs(sample.values[k].imag) < _REAL * float(np.abs(sample.values).max())
             if not real and _way(step, sample.point) < _way(step, fold):
                 return self._result(self._kind(*lost), *lost)
-        return self._result("fold", self.line.sample(fold))
+        return self._result("fold", self.line.samples([fold])[0])
 
     def _kind(self, sample: Sample, k: int) -> Loss:
         eigenvalues = self._eigenvalues(sample)
@@ -176,7 +231,7 @@ class Search:
         if k is None:
             k = int(np.argmax(np.where(eigenvalues.imag >= 0.0, sample.growth, -np.inf)))
         critical = complex(eigenvalues[k])
-        vector = sample.vectors[: self.model.n_states, k]
+        vector = sample.spectrum.vector(k)[: self.model.n_states]
         if critical.imag < 0.0:  # of a pair, the eigenvalue in the upper half plane
             critical, vector = critical.conjugate(), vector.conj()
         shape = vector[displacement_rows(self.model)]
@@ -198,6 +253,20 @@ class Search:
             growth_slope=float(sample.growth_rates[k] / ahead) if crosses else None,
             unstable=int((sample.unstable & others).sum()),
         )
+
+
+def _until_crossing(sample: Sample) -> int:
+    """Return how many steps to take at once: no more than until a mode is about to cross the axis."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        distances = -sample.growth / sample.growth_rates
+    nearest = float(np.min(distances, where=distances > 0.0, initial=_AT_ONCE))
+    return min(2 + int(nearest), _AT_ONCE)
+
+
+def _upper(step: Step, modes: NDArray[np.bool_]) -> list[int]:
+    """Return some modes, of a pair one."""
+    upper = (step.a.values.imag >= 0.0) | (step.b.values[step.order].imag >= 0.0)
+    return np.flatnonzero(modes & upper).tolist()
 
 
 def _way(step: Step, point: Point) -> float:

@@ -72,14 +72,14 @@ def bifurcation(
     """Follow the limit cycles from the Hopf point through their fold, or all; or map where it hunts."""
     built = model_of(plant, changes)
     show = not as_json and err.is_terminal
-    if every and (chart is not None or simulated):
-        raise ParameterError("--all goes with neither --map nor --simulated")
-    if curve_over is not None and (every or chart is not None or simulated):
-        raise ParameterError("--curve goes with none of --all, --map and --simulated")
-    if curve_over is not None:
-        found = curves(built, curve_over, curve.radius, curve.cant, (lowest, highest), show)
-    elif every:
+    if every and (chart is not None or curve_over is not None or simulated):
+        raise ParameterError("--all goes with neither --map, --curve nor --simulated")
+    if curve_over is not None and (chart is not None or simulated):
+        raise ParameterError("--curve goes with neither --map nor --simulated")
+    if every:
         found = diagram(built, curve.radius, curve.cant, (lowest, highest), points, state, show)
+    elif curve_over is not None:
+        found = curves(built, curve_over, curve.radius, curve.cant, (lowest, highest), show)
     elif chart is not None:
         found = hunting_map(built, chart, curve.radius, curve.cant, show)
     else:
