@@ -77,10 +77,10 @@ class Step(NamedTuple):
 
 def steps_between(line: Line, samples: Sequence[Sample], before: Step | None) -> list[Step]:
     """Match the modes of neighbouring samples; the step before them says how well cubics hold."""
-    values, rates, growth, slopes, real, unstable = (
-        np.array([getattr(sample, name) for sample in samples])
-        for name in ("values", "rates", "growth", "growth_rates", "real", "unstable")
-    )
+    _, spectra, *columns = zip(*samples, strict=True)
+    growth, slopes, real, unstable = map(np.array, columns[:4])
+    values = np.array([spectrum.values for spectrum in spectra])
+    rates = np.array([spectrum.rates for spectrum in spectra])
     paces = [*map(line.paces, samples[:-1], samples[1:])]
     leaving, coming = np.array(paces).T[:, :, None]
     order = matched(values[:-1] + 0.5 * leaving * rates[:-1], values[1:] - 0.5 * coming * rates[1:])

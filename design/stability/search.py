@@ -26,7 +26,7 @@ from railenv.models import Model
 
 _ROOT = 1e-8  # of a step, how close a fold is located
 _FIRST = 0.25  # of the first step: the first sample in it
-_AT_ONCE = 12  # samples, at the most, that are computed at once: faster than one by one
+_AT_ONCE = 16  # samples, at the most, that are computed at once: faster than one by one
 _REAL = 1e-3  # imaginary parts below this fraction of the largest count as none at a fold
 _CLOSED_LOOP_STEP = 0.06  # of the logarithm of the speed: controllers can have narrow unstable ranges
 _LONGEST = 1.0  # the largest step that may be asked for
