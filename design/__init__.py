@@ -6,6 +6,8 @@
 hunting from 116.4739 m/s at 3.1135 Hz
 """
 
+from design.curves.curve import BifurcationCurve, CurveError, CurvePoint, CurveSpecialPoint
+from design.curves.follow import bifurcation_curve
 from design.cycles.bifurcation import BifurcationDiagram, bifurcation_diagram
 from design.cycles.branch import cycle_branch
 from design.cycles.cycle import Cycle, CycleBranch, CycleError, SpecialPoint
@@ -47,11 +49,15 @@ from design.studies.stability_map import StabilityMap, stability_map
 from design.studies.study import Study, run_study
 
 __all__ = [
+    "BifurcationCurve",
     "BifurcationDiagram",
     "ChannelMargins",
     "ClosedLoop",
     "CriticalPoint",
     "CriticalSpeed",
+    "CurveError",
+    "CurvePoint",
+    "CurveSpecialPoint",
     "CurveSweep",
     "Cycle",
     "CycleBranch",
@@ -85,6 +91,7 @@ __all__ = [
     "VehicleLocus",
     "Weights",
     "balanced",
+    "bifurcation_curve",
     "bifurcation_diagram",
     "closed_loop",
     "critical_speed",

@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+import make_curves
 from blocks import refilled
 
 import design
@@ -158,7 +159,11 @@ def nonlinear(model: railenv.Bogie | railenv.Coach) -> float:
     return branch.nonlinear_critical_speed
 
 
-MAKERS: dict[str, Callable[[], str]] = {"heights": heights, "vehicles": compared}
+MAKERS: dict[str, Callable[[], str]] = {
+    "heights": heights,
+    "vehicles": compared,
+    **make_curves.MAKERS,  # of the same page
+}
 
 
 def page(text: str) -> str:

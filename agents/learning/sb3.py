@@ -56,7 +56,8 @@ class HuntingVecEnv(VecEnv):
     - ``TimeLimit.truncated``: whether time ended it, and not a derailment;
     - ``derailed``: the reason, after a derailment only;
     - ``episode_metrics`` and ``conditions``: readings of the episode, and what had been drawn for it;
-    - ``hunting``, ``excursion``, ``ride``, ``effort``, ``derailment``: the last step's reward terms;
+    - ``hunting``, ``excursion``, ``ride``, ``effort``, ``command``, ``change``, ``derailment``: the
+      last step's reward terms;
     - ``episode``: return ``r``, length ``l`` and wall time ``t``, as from ``Monitor``, which makes
       Stable-Baselines3 log mean returns. No ``Monitor`` or ``VecMonitor`` is needed.
 

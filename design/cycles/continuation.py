@@ -28,6 +28,7 @@ from design.cycles.points import cycle_from, position, solve_at
 from design.cycles.shooting import Setting, Shooting, displacement, steps_for, swings_of
 from design.cycles.starts import Start, hopf_start, switch_start
 from design.stability.loss import CriticalSpeed
+from railenv.threads import one_blas_thread
 
 Array = NDArray[np.float64]
 Limits = tuple[float, float]
@@ -135,7 +136,7 @@ class CycleContinuation:
         """Follow the branch until it has so many points, leaves the limits, or ends."""
         self.ending, ended = None, Ending(f"{points} points were computed; resume goes on", True)
         try:
-            with _shown(progress, self, points) as update:
+            with one_blas_thread(), _shown(progress, self, points) as update:
                 while len(self.cycles) < points and self.ending is None:
                     self.ending = self._advance()
                     update()

@@ -175,7 +175,7 @@ def passed(setting: Setting, last: Cycle, new: Cycle) -> Passed | None:
 def _first_harmonic(cycle: Cycle) -> NDArray[np.complex128]:
     samples = cycle.states[:-1]
     turn = np.exp(-2j * math.pi * np.arange(len(samples)) / len(samples))
-    return np.asarray(turn @ samples / len(samples))
+    return np.asarray((turn[:, None] * samples).mean(axis=0))
 
 
 def joins(setting: Setting, what: Passed, last: Cycle, new: Cycle) -> Ending:

@@ -2,13 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
-if TYPE_CHECKING:
-    from design.cycles.cycle import CycleBranch
+from design.stability.loss import CriticalSpeed
+
+
+class Branch(Protocol):
+    """What is read of a branch of limit cycles."""
+
+    @property
+    def parameter(self) -> str:
+        """Name of the parameter."""
+
+    @property
+    def cycles(self) -> Sequence[Any]:
+        """Its motions, in order."""
+
+    @property
+    def special(self) -> Sequence[Any]:
+        """Its special points, in order."""
+
+    @property
+    def hopf(self) -> CriticalSpeed | None:
+        """Where it starts, if it does so at a Hopf point."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +61,7 @@ class HuntingOnset:
         )
 
 
-def onset_of(branch: CycleBranch) -> HuntingOnset | None:
+def onset_of(branch: Branch) -> HuntingOnset | None:
     """Return the lowest value at which a stable motion of a branch exists; None without any."""
     found = min(_beginnings(branch), key=lambda o: o.value, default=None)
     if found is not None:
@@ -51,7 +70,7 @@ def onset_of(branch: CycleBranch) -> HuntingOnset | None:
     return found
 
 
-def _beginnings(branch: CycleBranch) -> Iterator[HuntingOnset]:
+def _beginnings(branch: Branch) -> Iterator[HuntingOnset]:
     """Yield the points of every stable stretch where it may begin."""
     name, cycles = branch.parameter, branch.cycles
     for stable, run in groupby(range(len(cycles)), key=lambda i: cycles[i].stable):

@@ -1,4 +1,4 @@
-"""``railenv bifurcation``: branches of limit cycles, and maps of where hunting occurs."""
+"""``railenv bifurcation``: branches of limit cycles, curves over two parameters, maps of hunting."""
 
 from __future__ import annotations
 
@@ -24,6 +24,8 @@ from railenv.errors import ParameterError
 from railenv.models import Model
 
 _ROWS = 20
+_PASSAGES = 11  # values of a parameter at which curves are told
+_RANGE = 0.3, 2.0  # of the Hopf point's speed, in which curves are followed
 _BELOW = 0.97  # of the lowest speed of the branch, from which is simulated
 
 
@@ -52,6 +54,12 @@ def bifurcation(
             help="Linear and nonlinear critical speeds over a parameter, as conicity=0.03:0.1:8.",
         ),
     ] = None,
+    curve_over: Annotated[
+        str | None,
+        typer.Option(
+            "--curve", help="Curves of Hopf points and folds over a parameter, as conicity=0.03:0.2."
+        ),
+    ] = None,
     simulated: Annotated[
         int,
         typer.Option(min=0, help="Simulate too, at so many speeds, from a small and a large start."),
@@ -64,10 +72,14 @@ def bifurcation(
     """Follow the limit cycles from the Hopf point through their fold, or all; or map where it hunts."""
     built = model_of(plant, changes)
     show = not as_json and err.is_terminal
-    if every and (chart is not None or simulated):
-        raise ParameterError("--all goes with neither --map nor --simulated")
+    if every and (chart is not None or curve_over is not None or simulated):
+        raise ParameterError("--all goes with neither --map, --curve nor --simulated")
+    if curve_over is not None and (chart is not None or simulated):
+        raise ParameterError("--curve goes with neither --map nor --simulated")
     if every:
         found = diagram(built, curve.radius, curve.cant, (lowest, highest), points, state, show)
+    elif curve_over is not None:
+        found = curves(built, curve_over, curve.radius, curve.cant, (lowest, highest), show)
     elif chart is not None:
         found = hunting_map(built, chart, curve.radius, curve.cant, show)
     else:
@@ -149,6 +161,60 @@ def diagram(
         progress=progress,
     )
     return Found(found.summary(), str(found).splitlines(), lambda: found.plot(state))
+
+
+def curves(
+    model: Model,
+    text: str,
+    radius: float,
+    cant: float,
+    speeds: tuple[float | None, float | None],
+    progress: bool,
+) -> Found:
+    """Follow Hopf points, and folds of limit cycles, over a parameter given as name=low:high."""
+    import design
+
+    name, limits = _interval(text)
+    hopf = design.critical_speed(model, radius=radius, cant=cant)
+    speed = hopf.speed or 0.0
+    low, high = (
+        given if given is not None else part * speed for given, part in zip(speeds, _RANGE, strict=True)
+    )
+    plane = {name: limits, "speed": (low, high)}
+    found = [design.bifurcation_curve(model, hopf, plane, progress=progress)]
+    branch = design.cycle_branch(model, start=hopf, parameter_range=(low, high), progress=progress)
+    if branch.folds:
+        lowest = min(branch.folds, key=lambda fold: fold.value)
+        found.append(design.bifurcation_curve(model, lowest, plane, progress=progress))
+    table = Table(title=f"{model.name}: speeds in m/s", box=box.SIMPLE)
+    for title in (name, *(c.kind for c in found)):
+        table.add_column(title, justify="right")
+    for value in np.linspace(*limits, _PASSAGES):
+        passages = [", ".join(f"{v:.3f}" for v in sorted(c.at(name, value))) or "none" for c in found]
+        table.add_row(f"{value:.5g}", *passages)
+    shown: list[Any] = [f"{model.name}: {hopf}", table]
+    for c in found:
+        shown += [f"{c.kind}: {s}" for s in c.special]
+        shown.append(f"{c.kind} ended: {'; '.join(dict.fromkeys(c.ended))}")
+
+    def draw() -> Any:
+        drawn = found[0].plot()
+        for c in found[1:]:
+            drawn = c.plot(ax=np.ravel(drawn.axes)[0])
+        return drawn
+
+    return Found({"curves": [c.summary() for c in found]}, shown, draw)
+
+
+def _interval(text: str) -> tuple[str, tuple[float, float]]:
+    name, equals, limits = text.partition("=")
+    try:
+        low, high = (float(part) for part in limits.split(":"))
+    except ValueError:
+        equals = ""
+    if not equals:
+        raise ParameterError(f"--curve is {text!r}; it must be name=low:high, as conicity=0.03:0.2")
+    return name.strip(), (low, high)
 
 
 def hunting_map(model: Model, text: str, radius: float, cant: float, progress: bool) -> Found:

@@ -10,13 +10,13 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from railenv.envs.fleet import BOUND, REASONS, Fleet, broadcast_options
+from railenv.envs.fleet import BOUND, Fleet, broadcast_options
 from railenv.envs.metrics import episode_metrics
 from railenv.envs.settings import Plant, Settings, settings
 from railenv.envs.showing import Recorder
 from railenv.errors import ParameterError, shown
 
-TERM_NAMES = ("hunting", "excursion", "ride", "effort", "derailment")
+TERM_NAMES = ("hunting", "excursion", "ride", "effort", "command", "change", "derailment")
 """Terms of the reward in ``info``, each between 0 and 1."""
 
 
@@ -112,19 +112,19 @@ class HuntingEnv(gym.Env[NDArray[np.float32], Any]):
         commands = self._commands(action)
         fleet.step(commands)
         self._history.push(fleet.observations)
-        terms = fleet.terms[0].tolist()
-        terminated = terms[5] > 0.0
+        terminated = bool(fleet.derailed[0])
         truncated = bool(fleet.steps[0] >= self._steps)
-        info: dict[str, Any] = dict(zip(TERM_NAMES, terms[1:6], strict=True))
+        terms = [*fleet.costs[0].tolist(), float(terminated)]
+        info: dict[str, Any] = dict(zip(TERM_NAMES, terms, strict=True))
         if terminated or truncated:
             self._running = False
             info["episode_metrics"] = self.episode_metrics()
             if terminated:
-                info["derailed"] = REASONS[int(terms[6])]
+                info["derailed"] = fleet.reason(0)
         self._recorder.record(commands[0])
         if self.render_mode == "human":
             self.render()
-        return self._history.stacked[0].copy(), terms[0], terminated, truncated, info
+        return self._history.stacked[0].copy(), float(fleet.rewards[0]), terminated, truncated, info
 
     def _commands(self, action: Any) -> NDArray[np.float64]:
         n = self._fleet.n_actuators
@@ -201,19 +201,23 @@ class BogieEnv(HuntingEnv):
 
     ## Reward
 
-    Each step ``-(w_h h + w_e e + w_r r + w_u u)``, and ``-w_d`` on derailment, with
+    Each step ``1 - (w_h h + w_e e + w_r r + w_u u + w_c c + w_d d)``, with
 
-    - hunting ``h = s(H)``, H the mean over wheelsets of ``((dy / (V k delta))^2 + ((psi - psi_0) /
-      (k delta))^2) / 2``;
-    - excursion ``e = s(E)``, E the mean over wheelsets of ``((y - y_t - y_0) / delta)^2``;
-    - ride ``r = s((a / 0.3 g)^2)``, a the specific force on the frame about its steady value;
-    - effort ``u``, the mean squared moment as a share of the limit;
+    - hunting ``h = s(8 H)``, H the root of the mean over wheelsets of ``((dy / (V k delta))^2 + ((psi
+      - psi_0) / (k delta))^2) / 2``;
+    - excursion ``e = s(8 E)``, E the root of the mean over wheelsets of ``((y - y_t - y_0) /
+      delta)^2``;
+    - ride ``r = s(|a| / 0.1 g)``, a the specific force on the frame about its steady value;
+    - effort ``u``, the mean squared moment as a share of the limit; command ``c``, the mean squared
+      command; change ``d``, half the mean change of the command since the step before;
 
     where ``s(x) = x / (1 + x)``, k is the wavenumber of Klingel's kinematic hunting, delta the flange
     clearance, y_t the rails' displacement, and 0 marks the running equilibrium of the track under the
-    vehicle: the steady offset in a curve costs nothing. With the default weights (0.4, 0.3, 0.2, 0.1;
-    derailment 100) a step's reward lies in (-1, 0], and -100 is added on derailment. Every term, before
-    its weight, is in ``info``.
+    vehicle: the steady offset in a curve costs nothing. The weights are shares of their sum (0.35,
+    0.25, 0.2, 0.05, 0.05, 0.1 unless given), so that a step's reward lies between 0 and 1; an amplitude
+    of an eighth of the clearance costs half of what there is to lose by it. A derailment earns nothing
+    and ends the episode, so that for any discount it is worse than to hunt on. Every term, before its
+    weight, is in ``info``.
 
     ## Starting State
 
@@ -307,20 +311,24 @@ class CoachEnv(HuntingEnv):
 
     ## Reward
 
-    Each step ``-(w_h h + w_e e + w_r r + w_u u)``, and ``-w_d`` on derailment, with
+    Each step ``1 - (w_h h + w_e e + w_r r + w_u u + w_c c + w_d d)``, with
 
-    - hunting ``h = s(H)``, H the mean over the four wheelsets of ``((dy / (V k delta))^2 + ((psi -
-      psi_0) / (k delta))^2) / 2``;
-    - excursion ``e = s(E)``, E the mean over the four wheelsets of ``((y - y_t - y_0) / delta)^2``;
-    - ride ``r = s((a / a_r)^2)``, a the lateral specific force at the body's centre about its steady
+    - hunting ``h = s(8 H)``, H the root of the mean over the four wheelsets of ``((dy / (V k delta))^2
+      + ((psi - psi_0) / (k delta))^2) / 2``;
+    - excursion ``e = s(8 E)``, E the root of the mean over the four wheelsets of ``((y - y_t - y_0) /
+      delta)^2``;
+    - ride ``r = s(3 |a| / a_r)``, a the lateral specific force at the body's centre about its steady
       value, a_r = 0.5 m/s^2, the rms value with which EN 14363 compares the ride of a body;
-    - effort ``u``, the mean squared moment or force as a share of the limit;
+    - effort ``u``, the mean squared moment or force as a share of the limit; command ``c``, the mean
+      squared command; change ``d``, half the mean change of the command since the step before;
 
     where ``s(x) = x / (1 + x)``, k is the wavenumber of Klingel's kinematic hunting, delta the flange
     clearance, y_t the rails' displacement, and 0 marks the running equilibrium of the track under the
-    vehicle: the steady offset in a curve costs nothing. With the default weights (0.4, 0.3, 0.2, 0.1;
-    derailment 100) a step's reward lies in (-1, 0], and -100 is added on derailment. Every term, before
-    its weight, is in ``info``.
+    vehicle: the steady offset in a curve costs nothing. The weights are shares of their sum (0.35,
+    0.25, 0.2, 0.05, 0.05, 0.1 unless given), so that a step's reward lies between 0 and 1; an amplitude
+    of an eighth of the clearance costs half of what there is to lose by it. A derailment earns nothing
+    and ends the episode, so that for any discount it is worse than to hunt on. Every term, before its
+    weight, is in ``info``.
 
     Accelerations among the metrics are the body's; the readings of the two standards are those of the
     running gear: 49 CFR 213.333 of the frame that shakes more, EN 14363 of the four axles.

@@ -42,31 +42,42 @@ place of ``conicity``, or none.
 
 @dataclass(frozen=True, kw_only=True)
 class RewardWeights:
-    """Weights of the reward's terms; each term lies between 0 and 1.
+    """Weights of the reward's terms, each of which lies between 0 and 1; only their ratios count.
 
     Attributes
     ----------
     hunting : float
-        Kinematic energy of hunting about the running equilibrium.
+        Kinematic amplitude of hunting about the running equilibrium.
     excursion : float
         Lateral excursion of the wheelsets from it.
     ride : float
         Lateral acceleration of the sensed body above the frames, or else of the sensed bodies.
     effort : float
         Mean squared moment or force, as a share of the limit.
-    derailment : float
-        Taken off once, at a derailment.
+    command : float
+        Mean squared command.
+    change : float
+        Mean change of the command since the step before, as a share of the whole range.
     """
 
-    hunting: float = 0.4
-    excursion: float = 0.3
+    hunting: float = 0.35
+    excursion: float = 0.25
     ride: float = 0.2
-    effort: float = 0.1
-    derailment: float = 100.0
+    effort: float = 0.05
+    command: float = 0.05
+    change: float = 0.1
 
     def __post_init__(self) -> None:
         for f in dataclasses.fields(self):
             checks.number(f"reward weight {f.name}", getattr(self, f.name), low=0.0)
+        if not sum(dataclasses.astuple(self)) > 0.0:
+            raise ParameterError("all reward weights are 0; at least one must be above 0")
+
+    @property
+    def shares(self) -> tuple[float, ...]:
+        """Weights in the order of the terms, as shares of their sum."""
+        weights = dataclasses.astuple(self)
+        return tuple(weight / sum(weights) for weight in weights)
 
 
 @dataclass(frozen=True, kw_only=True)

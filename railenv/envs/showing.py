@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from railenv.envs.fleet import REASONS, Fleet
+from railenv.envs.fleet import Fleet
 from railenv.mounting import frames
 from railenv.vehicles.guided import Guided
 
@@ -66,7 +66,7 @@ class Recorder:
         if self._past:
             times, displacements, actions = zip(*self._past, strict=True)
             history = History(np.array(times), np.array(displacements), np.array(actions))
-        reason = REASONS[int(fleet.terms[i, 6])]
+        reason = fleet.reason(i)
         first = episode.plant.guided[self._order[0]]
         return Scene(
             time=self._time,

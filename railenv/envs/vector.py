@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from railenv import checks
 from railenv.envs.environment import TERM_NAMES, History, action_space, numbers_of, observation_space
-from railenv.envs.fleet import REASONS, Fleet, broadcast_options
+from railenv.envs.fleet import Fleet, broadcast_options
 from railenv.envs.metrics import episode_metrics
 from railenv.envs.settings import Plant, Settings, settings
 from railenv.envs.showing import Recorder
@@ -200,19 +200,19 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
         commands = self._commands(actions)
         fleet.step(commands)
         self._history.push(fleet.observations)
-        terms = fleet.terms.copy()
         running = ~waiting
-        terminated = (terms[:, 5] > 0.0) & running
+        terminated = fleet.derailed & running
         truncated = (fleet.steps >= self._steps) & running
         infos: dict[str, Any] = {}
+        columns = np.column_stack([fleet.costs, terminated])
         for k, name in enumerate(TERM_NAMES):
-            infos[name], infos[f"_{name}"] = terms[:, 1 + k] * running, running
+            infos[name], infos[f"_{name}"] = columns[:, k] * running, running
         for recorder, command in zip(self._recorders, commands, strict=False):
             recorder.record(command)
-        rewards = terms[:, 0] * running
+        rewards = fleet.rewards * running
         ended = terminated | truncated
         if ended.any():
-            self._add_endings(infos, np.flatnonzero(ended), terminated, terms)
+            self._add_endings(infos, np.flatnonzero(ended), terminated)
         if waiting.any():
             rows = np.flatnonzero(waiting)
             self._reset(rows, [{}] * self.num_envs)
@@ -237,9 +237,7 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
             )
         return commands
 
-    def _add_endings(
-        self, infos: dict[str, Any], rows: Any, terminated: Bools, terms: NDArray[np.float64]
-    ) -> None:
+    def _add_endings(self, infos: dict[str, Any], rows: Any, terminated: Bools) -> None:
         """Add the episodes' metrics and, for derailments, their reasons."""
         found = {i: episode_metrics(self._fleet, int(i)) for i in rows}
         metrics: dict[str, Any] = {}
@@ -251,7 +249,7 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
         if terminated.any():
             reasons = np.full(self.num_envs, None, dtype=object)
             for i in np.flatnonzero(terminated):
-                reasons[i] = REASONS[int(terms[i, 6])]
+                reasons[i] = self._fleet.reason(int(i))
             infos["derailed"], infos["_derailed"] = reasons, terminated
 
     def _final(self, infos: dict[str, Any], ended: Bools) -> dict[str, Any]:

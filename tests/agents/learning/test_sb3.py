@@ -173,8 +173,8 @@ def test_reward_terms_of_every_step_when_asked():
     for actions in actions_of(env, 20):
         _, rewards, _, infos = env.step(actions)
         for reward, info in zip(rewards, infos, strict=True):
-            weighted = sum(getattr(weights, name) * info[name] for name in TERM_NAMES)
-            assert reward == pytest.approx(-weighted, rel=1e-6)
+            cost = sum(s * info[t] for s, t in zip(weights.shares, TERM_NAMES, strict=False))
+            assert reward == pytest.approx(0.0 if info["derailment"] else 1.0 - cost, rel=1e-6)
 
 
 def test_infos_and_observations_are_not_overwritten_later(short):

@@ -479,6 +479,24 @@ def test_bifurcation_finds_every_branch(tmp_path):
     assert "--all goes with neither" in str(result.exception)
 
 
+def test_bifurcation_follows_curves_over_a_parameter(tmp_path):
+    options = ["--model", "cooperrider", "--curve", "conicity=0.048:0.052"]
+    file = tmp_path / "curves.png"
+    result = CliRunner().invoke(cli.app, ["bifurcation", *options, "--plot", str(file)])
+    assert result.exit_code == 0, result.output
+    assert file.stat().st_size > 0
+    assert "68.644" in result.output
+    assert "66.655" in result.output
+    result = CliRunner().invoke(cli.app, ["bifurcation", *options, "--json"])
+    found = json.loads(result.output)["curves"]
+    assert [curve["kind"] for curve in found] == ["Hopf", "fold of cycles"]
+    assert found[0]["value"]["conicity"][0] == 0.048
+    result = CliRunner().invoke(cli.app, ["bifurcation", "--curve", "conicity=0.1"])
+    assert "name=low:high" in str(result.exception)
+    result = CliRunner().invoke(cli.app, ["bifurcation", *options, "--map", "conicity=0.1:0.2:2"])
+    assert "neither --map nor --simulated" in str(result.exception)
+
+
 def test_a_malformed_map_is_an_error():
     result = CliRunner().invoke(cli.app, ["bifurcation", "--map", "conicity=1"])
     assert "name=low:high:count" in str(result.exception)

@@ -180,8 +180,8 @@ def test_readings_of_a_curve_are_those_of_a_steady_body():
 # ---------------------------------------------------------------------------------- reward
 
 
-def expected_terms(env, equilibrium):
-    """Terms of the reward from states, in plain Python."""
+def expected_terms(env, equilibrium, actions):
+    """Terms of the reward from states and the last two actions, in plain Python."""
     model, x = env.fleet.model, state_of(env)
     x0 = dict(zip(model.plant.state_names, equilibrium, strict=True))
     speed, curvature, cant = env.fleet.conditions(0)
@@ -204,7 +204,10 @@ def expected_terms(env, equilibrium):
     ride = signals["force_body"] - steady
     shares = [x[n] / limit for n, limit in zip(state_of_actuators(model), model.limits, strict=True)]
     effort = sum(s * s for s in shares) / len(shares)
-    return [*(s / (1.0 + s) for s in (hunting, excursion, (ride / 0.5) ** 2)), effort]
+    amplitudes = [8.0 * math.sqrt(hunting), 8.0 * math.sqrt(excursion), abs(ride) / (0.5 / 3.0)]
+    now, before = actions
+    commands = [np.mean(np.square(now)), np.mean(np.abs(now - before)) / 2.0]
+    return [*(s / (1.0 + s) for s in amplitudes), effort, *commands]
 
 
 def state_of_actuators(model):
@@ -216,13 +219,15 @@ def test_reward_is_the_documented_formula(place):
     env = make(COACH, actuator=place)
     env.reset(seed=2, options=CURVE)
     equilibrium = railenv.find_equilibrium(env.fleet.model.plant, **CURVE).state
+    before = np.zeros(env.action_space.shape)
     for action in actions_of(env, 25):
         _, reward, terminated, _, info = env.step(action)
-        terms = expected_terms(env, equilibrium)
-        found = [info[t] for t in ("hunting", "excursion", "ride", "effort")]
+        terms = expected_terms(env, equilibrium, (np.asarray(action), before))
+        before = np.asarray(action)
+        found = [info[t] for t in ("hunting", "excursion", "ride", "effort", "command", "change")]
         assert found == pytest.approx(terms, rel=1e-5, abs=1e-7)
-        total = 0.4 * terms[0] + 0.3 * terms[1] + 0.2 * terms[2] + 0.1 * terms[3]
-        assert reward == pytest.approx(-total, rel=1e-5, abs=1e-7)
+        cost = np.dot([0.35, 0.25, 0.2, 0.05, 0.05, 0.1], terms)
+        assert reward == pytest.approx(1.0 - cost, rel=1e-5, abs=1e-7)
         assert not terminated
     assert found[2] > 0.01
 
