@@ -167,8 +167,10 @@ class Branch:
         self._solve = dgesv  # numpy.linalg.solve takes twice as long for a matrix this small
 
     def _scale(self, state: Array) -> Array:
-        states = math.sqrt(self._n) * (self._model.scale + _RELATIVE_UNIT * np.abs(state))
-        return np.append(states, self.path.unit)
+        scale = np.empty(self._n + 1)
+        scale[:-1] = math.sqrt(self._n) * (self._model.scale + _RELATIVE_UNIT * np.abs(state))
+        scale[-1] = self.path.unit
+        return scale
 
     def residual(self, state: Array, s: float) -> float:
         """Return the largest derivative (m/s^2, rad/s^2) of a state at ``s``."""
@@ -307,7 +309,8 @@ class Branch:
         """Return the next point, at ``s_end`` where the step would pass it, and its Newton steps."""
         guess = point.position + step * point.tangent * point.scale
         following, steps = self.point(guess, point.tangent, point.scale)
-        miss = float(np.linalg.norm((following.position - guess) / point.scale))
+        missed = (following.position - guess) / point.scale
+        miss = math.sqrt(missed @ missed)
         if miss > (_LARGEST_MISS if step > _SHORT_STEP else _SHARPEST_KINK) * step:
             raise Stuck  # too far from the prediction to be the same branch with no fold between
         if following.s > s_end:

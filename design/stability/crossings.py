@@ -1,4 +1,4 @@
-"""Eigenvalues followed along a branch, closely enough that none passes the imaginary axis unseen.
+"""Eigenvalues followed along a line, closely enough that none passes the imaginary axis unseen.
 
 From one sample to the next every mode is matched, and its growth rate between them is the cubic that
 has the values and slopes of both. How well such cubics hold is seen from the one before, continued over
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from design.stability.samples import BranchLine, Sample
+from design.stability.samples import Line, Sample, growing
 from design.stability.spectra import Complex
 from railenv.equilibrium import Stuck
 
@@ -31,7 +31,7 @@ _LESS = 1.0 / 3.0  # and after every halving so much less, as what is near leave
 _OF_THE_LINE = 0.05  # of how far a line misses: how wrong a cubic is taken to be with none before it
 _OF_SLOPE = 4.0 / 27.0  # how far from zero a cubic goes between its ends, of its slope at one
 _STRAIGHT = 0.1  # of the rise of a mode that crosses the axis: how wrong its cubic may be
-_ROOT = 1e-9  # of the logarithm of the speed
+_ROOT = 1e-9  # of the logarithm of the speed, or of a range of values
 _SEARCHES = 40
 
 _POWERS = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [-3, -2, 3, -1], [2, 1, -2, 1]], dtype=float)
@@ -75,12 +75,12 @@ class Step(NamedTuple):
     doubt: Array
 
 
-def steps_between(line: BranchLine, samples: Sequence[Sample], before: Step | None) -> list[Step]:
+def steps_between(line: Line, samples: Sequence[Sample], before: Step | None) -> list[Step]:
     """Match the modes of neighbouring samples; the step before them says how well cubics hold."""
-    values, rates, growth, slopes, real, unstable = (
-        np.array([getattr(sample, name) for sample in samples])
-        for name in ("values", "rates", "growth", "growth_rates", "real", "unstable")
-    )
+    _, spectra, *columns = zip(*samples, strict=True)
+    growth, slopes, real, unstable = map(np.array, columns[:4])
+    values = np.array([spectrum.values for spectrum in spectra])
+    rates = np.array([spectrum.rates for spectrum in spectra])
     paces = [*map(line.paces, samples[:-1], samples[1:])]
     leaving, coming = np.array(paces).T[:, :, None]
     order = matched(values[:-1] + 0.5 * leaving * rates[:-1], values[1:] - 0.5 * coming * rates[1:])
@@ -127,7 +127,7 @@ def _missed(order: Places, before: Array, met: Bools, ratio: Array, ends: Array)
     return np.where(np.take_along_axis(met, own[:, 0], axis=1), np.nan, found)
 
 
-def sure(line: BranchLine, steps: Sequence[Step], halvings: int) -> list[bool]:
+def sure(line: Line, steps: Sequence[Step], halvings: int) -> list[bool]:
     """Say of steps, halved so many times, whether no mode may have passed the axis unseen."""
     polygon = _POLYGON @ np.array([step.ends for step in steps])
     less = _LESS**halvings
@@ -143,7 +143,7 @@ def sure(line: BranchLine, steps: Sequence[Step], halvings: int) -> list[bool]:
     ]
 
 
-def _sure(line: BranchLine, step: Step, polygon: Array, fine: Bools) -> bool:
+def _sure(line: Line, step: Step, polygon: Array, fine: Bools) -> bool:
     """Return the same of one step, given which modes stay on one side of the axis."""
     rises = polygon[1:] - polygon[:-1]
     one_way = (rises >= 0.0).all(axis=0) | (rises <= 0.0).all(axis=0)
@@ -152,7 +152,7 @@ def _sure(line: BranchLine, step: Step, polygon: Array, fine: Bools) -> bool:
     return bool((fine | step.met).all()) and (not step.met.any() or _meet_away(line, step))
 
 
-def _meet_away(line: BranchLine, step: Step) -> bool:
+def _meet_away(line: Line, step: Step) -> bool:
     """Whether modes that meet stay on one side of the axis.
 
     That is told by their mean and the square of how far they are from it, which go smoothly through the
@@ -176,13 +176,13 @@ def _meet_away(line: BranchLine, step: Step) -> bool:
         square += [half * half, 2.0 * half * slope]
     middle, away = _ON_GRID @ np.array(mean), np.sqrt(_ON_GRID @ np.array(square))
     both = np.concatenate([middle + away, middle - away])
-    heights, _ = line.growing(both, np.zeros_like(both))
+    heights, _ = growing(both, np.zeros_like(both), line.period)
     return bool(((heights.max(axis=0) <= zero) | (heights.min(axis=0) > zero)).all())
 
 
 def _conjugate(sample: Sample, k: np.intp) -> int:
-    """Return the place of the conjugate of an eigenvalue, which stands beside it."""
-    return int(k) + int(np.sign(sample.values[k].imag))
+    """Return the place of the conjugate of an eigenvalue."""
+    return int(np.argmin(np.abs(sample.values - sample.values[k].conj())))
 
 
 def matched(a: Complex, b: Complex) -> Places:
@@ -192,14 +192,14 @@ def matched(a: Complex, b: Complex) -> Places:
     return np.array([linear_sum_assignment(gap)[1] for gap in gaps])
 
 
-def followed(line: BranchLine, groups: Iterable[Sequence[Sample]]) -> Iterator[Step]:
+def followed(line: Line, groups: Iterable[Sequence[Sample]]) -> Iterator[Step]:
     """Yield steps between samples in order, halved until they are sure.
 
     A step that cannot be halved (where wheels lift, or after too many halvings) is taken as it is.
 
     Parameters
     ----------
-    line : BranchLine
+    line : Line
     groups : iterable of sequences of Sample
         The samples in order; those of a group are judged at once.
     """
@@ -222,7 +222,7 @@ def followed(line: BranchLine, groups: Iterable[Sequence[Sample]]) -> Iterator[S
         reached = ahead
 
 
-def _halved(line: BranchLine, a: Sample, b: Sample, before: Step | None) -> Iterator[Step]:
+def _halved(line: Line, a: Sample, b: Sample, before: Step | None) -> Iterator[Step]:
     """Yield the parts of a step that is not sure, halved until they are."""
     ahead, depths = [b], [0]  # what is still to be reached, the nearest last
     while ahead:
@@ -243,16 +243,22 @@ def _halved(line: BranchLine, a: Sample, b: Sample, before: Step | None) -> Iter
         depths.pop()
 
 
+def upper(step: Step, modes: Bools) -> list[int]:
+    """Return some modes of a step, of a pair one."""
+    above = (step.a.values.imag >= 0.0) | (step.b.values[step.order].imag >= 0.0)
+    return np.flatnonzero(modes & above).tolist()
+
+
 def root_of(step: Step, mode: int) -> float:
     """Return where on the way a mode that crosses the axis is expected to do so."""
     return _root(step.ends[:, mode])
 
 
-def located(line: BranchLine, step: Step, mode: int) -> tuple[Sample, int]:
+def located(line: Line, step: Step, mode: int) -> tuple[Sample, int]:
     """Return the sample at which a mode crosses the axis within a step, and its place among the modes.
 
     The root of its cubic is sampled and the step made shorter by it, until another root would lie
-    within 1e-9 of the speed.
+    within 1e-9 of the speed, or of the range.
     """
     a, b, i, j = step.a, step.b, mode, int(step.order[mode])
     if a.growth[i] >= 0.0 and not a.unstable[i]:  # within rounding of zero: it is left here
@@ -268,8 +274,7 @@ def located(line: BranchLine, step: Step, mode: int) -> tuple[Sample, int]:
         k = int(np.argmin(np.abs(middle.values - expected)))
         found = (middle, k)
         height, slope = float(middle.growth[k]), float(middle.growth_rates[k])
-        reach = abs(float(middle.point.tangent[-1] * middle.point.scale[-1]))
-        if abs(height) * reach <= _ROOT * abs(slope) or abs(b.point.s - a.point.s) < _ROOT:
+        if abs(height) * line.reach(middle) <= _ROOT * abs(slope) or line.gap(a, b) < _ROOT:
             break
         if (height > 0.0) == up:
             b, j = middle, k

@@ -14,7 +14,7 @@ from scipy import optimize
 
 from design.loop.dynamics import Dynamics
 from design.loop.sampled import continuous
-from design.stability.crossings import Step, followed, located, root_of
+from design.stability.crossings import Step, followed, located, root_of, upper
 from design.stability.loss import CriticalSpeed, Loss
 from design.stability.mode_shape import displacement_rows
 from design.stability.samples import ALIKE, BranchLine, Sample
@@ -26,7 +26,7 @@ from railenv.models import Model
 
 _ROOT = 1e-8  # of a step, how close a fold is located
 _FIRST = 0.25  # of the first step: the first sample in it
-_AT_ONCE = 12  # samples, at the most, that are computed at once: faster than one by one
+_AT_ONCE = 16  # samples, at the most, that are computed at once: faster than one by one
 _REAL = 1e-3  # imaginary parts below this fraction of the largest count as none at a fold
 _CLOSED_LOOP_STEP = 0.06  # of the logarithm of the speed: controllers can have narrow unstable ranges
 _LONGEST = 1.0  # the largest step that may be asked for
@@ -154,14 +154,14 @@ class Search:
 
     def _crossings(self, step: Step, modes: NDArray[np.bool_]) -> list[tuple[Sample, int]]:
         """Locate where some modes cross the axis within a step, in order; of a pair, one."""
-        at = [located(self.line, step, k) for k in _upper(step, modes)]
+        at = [located(self.line, step, k) for k in upper(step, modes)]
         return sorted(at, key=lambda found: _way(step, found[0].point))
 
     def _first_lost(self, step: Step) -> tuple[Sample, int] | None:
         """Locate where the first mode becomes unstable in a step, if one does."""
         if not step.crossing.any():
             return None
-        lost = {k: root_of(step, k) for k in _upper(step, step.crossing & ~step.a.unstable)}
+        lost = {k: root_of(step, k) for k in upper(step, step.crossing & ~step.a.unstable)}
         if not lost:
             return None
         close = [k for k, root in lost.items() if root < min(lost.values()) + _CLOSE]
@@ -241,10 +241,10 @@ class Search:
         )
         crosses = found.loss in ("hunting", "divergence")
         oscillates = found.loss in ("hunting", "unstable at start")
-        ahead = sample.point.tangent[-1] * sample.point.scale[-1] * sample.speed  # speed per arclength
+        ahead = sample.point.tangent[-1] * sample.point.scale[-1] * math.exp(sample.point.s)
         return replace(
             found,
-            speed=None if found.loss == "unstable at start" else sample.speed,
+            speed=None if found.loss == "unstable at start" else math.exp(sample.point.s),
             frequency=(abs(critical.imag) / (2.0 * math.pi) or None) if oscillates else None,
             state=sample.point.state,
             eigenvalue=critical,
@@ -261,12 +261,6 @@ def _until_crossing(sample: Sample) -> int:
         distances = -sample.growth / sample.growth_rates
     nearest = float(np.min(distances, where=distances > 0.0, initial=_AT_ONCE))
     return min(2 + int(nearest), _AT_ONCE)
-
-
-def _upper(step: Step, modes: NDArray[np.bool_]) -> list[int]:
-    """Return some modes, of a pair one."""
-    upper = (step.a.values.imag >= 0.0) | (step.b.values[step.order].imag >= 0.0)
-    return np.flatnonzero(modes & upper).tolist()
 
 
 def _way(step: Step, point: Point) -> float:
