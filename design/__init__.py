@@ -19,6 +19,9 @@ from design.cycles.onset import HuntingOnset
 from design.cycles.polach import DisturbanceTest, SpeedRamp, disturbance_test, speed_ramp
 from design.cycles.simulated_cycle import simulated_cycle
 from design.cycles.spectrum import Spectrum, spectrum
+from design.irregular.lyapunov import LyapunovExponents, lyapunov_exponents
+from design.irregular.section import PoincareSection, SectionSurface, poincare_section
+from design.irregular.section_diagram import SectionDiagram, SectionPoint, section_diagram
 from design.linear.equilibrium import equilibrium
 from design.linear.linearization import discretize, linearize
 from design.linear.reduction import balanced, minimal, transfer_function
@@ -71,15 +74,20 @@ __all__ = [
     "HuntingOnset",
     "LinearFeedback",
     "Locus",
+    "LyapunovExponents",
     "Margins",
     "ModeShape",
     "ModeTable",
     "Observer",
     "ParameterLocus",
     "Participation",
+    "PoincareSection",
     "Regulator",
     "RobustCriticalSpeed",
     "ScaledFeedback",
+    "SectionDiagram",
+    "SectionPoint",
+    "SectionSurface",
     "SimulatedDiagram",
     "SpecialPoint",
     "Spectrum",
@@ -108,14 +116,17 @@ __all__ = [
     "lateral_model",
     "linearize",
     "lqr",
+    "lyapunov_exponents",
     "margins",
     "minimal",
     "modes",
     "open_loop",
     "parameter_locus",
     "phase_portrait",
+    "poincare_section",
     "robust_critical_speed",
     "run_study",
+    "section_diagram",
     "simulated_cycle",
     "simulated_diagram",
     "spectrum",

@@ -6,25 +6,27 @@ The text around the blocks is edited in the page itself.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 
 _BLOCK = re.compile(r"<!-- made: (.+?) -->\n.*?<!-- end -->", re.DOTALL)
 
 
-def refilled(text: str, makers: Mapping[str, Callable[[], str]]) -> str:
-    """Return the text of a page with all its blocks made anew.
+def refilled(text: str, makers: Mapping[str, Callable[[], str]], others: Collection[str] = ()) -> str:
+    """Return the text of a page with all its blocks made anew, but those that another script makes.
 
     Raises
     ------
     ValueError
         If a block is missing from the page, stands there twice, or is unknown.
     """
-    found = _BLOCK.findall(text)
+    found = [name for name in _BLOCK.findall(text) if name not in others]
     if sorted(found) != sorted(makers):
         raise ValueError(f"the page has the blocks {sorted(found)}, made are {sorted(makers)}")
 
     def made(match: re.Match[str]) -> str:
         name = match[1]
+        if name in others:
+            return match[0]
         return f"<!-- made: {name} -->\n\n{makers[name]()}\n\n<!-- end -->"
 
     return _BLOCK.sub(made, text)

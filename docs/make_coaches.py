@@ -168,7 +168,7 @@ MAKERS: dict[str, Callable[[], str]] = {
 
 def page(text: str) -> str:
     """Return the page with its tables made anew."""
-    return refilled(text, MAKERS)
+    return refilled(text, MAKERS, others=("irregular",))
 
 
 if __name__ == "__main__":

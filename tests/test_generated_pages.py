@@ -205,6 +205,10 @@ def test_tables_of_whole_vehicles_are_made_again():
     assert script("make_coaches").page(text("limit-cycles.md")) == text("limit-cycles.md")
 
 
+def test_the_table_of_irregular_motions_is_that_of_the_results():
+    assert script("make_irregular").page(text("limit-cycles.md")) == text("limit-cycles.md")
+
+
 def test_claims_of_the_page_are_those_that_the_report_judges():
     columns = json.loads((DOCS / "claims.json").read_text())
     rules = (*FIRST_RULES, *CREEP_RULES, *FURTHER_RULES)

@@ -1,0 +1,1 @@
+"""Irregular motion: Lyapunov exponents, Poincare sections and their bifurcation diagrams."""
