@@ -14,6 +14,7 @@ import numpy as np
 
 import design
 import railenv
+from railenv.envs import DERAILED
 
 SPEEDS = (70.0, 100.0, 125.0, 130.0, 140.0)
 
@@ -90,9 +91,7 @@ def markdown():
         cells = []
         for controller in (None, Feedback(env, speed)):
             reward, info = mean_reward(env, pins, controller)
-            end = info.get("derailed") or "hunting" * (
-                info["episode_metrics"]["hunting_amplitude"] > 5e-3
-            )
+            end = DERAILED[info["derailed"]] or "hunting" * (info["hunting_amplitude"] > 5e-3)
             cells += [f"{reward:.4f}", end or "steady running"]
         lines.append(f"| {speed:g} m/s | {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"

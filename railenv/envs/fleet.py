@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from railenv import checks
 from railenv.assessment.limits import Limits
-from railenv.envs.derailment import flange_tops, nadal_limits
+from railenv.envs.derailment import DERAILED, flange_tops, nadal_limits
 from railenv.envs.episodes import Episode, draw
 from railenv.envs.metrics import CFR_LIMIT
 from railenv.envs.observation import Reading, delay_slots, observation_table
@@ -35,15 +35,6 @@ Array = NDArray[np.float64]
 
 BOUND = 10.0
 """Largest magnitude of an observation, in units of its scale."""
-
-REASONS = (
-    "",
-    "Nadal: Y/Q above its limit over 2 m",
-    "wheel lift over 2 m",
-    "lateral displacement above 30 mm",
-    "flange climbed onto the rail",
-)
-"""Why an episode ended in a derailment, by the kernel's number."""
 
 RIDE_SCALE = CFR_LIMIT / 3.0
 """m/s^2, at which the ride term is 1/2: a third of the limit of 49 CFR 213.333 for frames."""
@@ -147,7 +138,7 @@ class Fleet:
 
     def reason(self, i: int) -> str:
         """Why a vehicle has derailed; empty where it has not."""
-        return REASONS[int(self.terms[i, self._kernels.REASON])]
+        return DERAILED[int(self.terms[i, self._kernels.REASON])]
 
     @cached_property
     def observation_table(self) -> list[Reading]:
@@ -265,7 +256,7 @@ class Fleet:
             try:
                 return episode, self._equilibria(episode)
             except EquilibriumError:
-                if {"speed", "radius"} <= set(pinned):
+                if "speed" in pinned and ("radius" in pinned or "curvature" in pinned):
                     raise
         raise EquilibriumError(
             f"none of {_REDRAWS} conditions drawn has a running equilibrium; narrow the ranges",
