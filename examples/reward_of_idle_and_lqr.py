@@ -91,7 +91,7 @@ def markdown():
         cells = []
         for controller in (None, Feedback(env, speed)):
             reward, info = mean_reward(env, pins, controller)
-            end = DERAILED[info["derailed"]] or "hunting" * (info["hunting_amplitude"] > 5e-3)
+            end = DERAILED[info["derailed"]] or "hunting" * bool(info["hunting_amplitude"] > 5e-3)
             cells += [f"{reward:.4f}", end or "steady running"]
         lines.append(f"| {speed:g} m/s | {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"

@@ -76,6 +76,7 @@ _SETTINGS: dict[str, st.SearchStrategy[Any]] = {
 _OPTIONS: dict[str, st.SearchStrategy[Any]] = {
     "speed": number(10.0, 150.0),
     "radius": rarely(values.RADII, ANYTHING),
+    "curvature": number(-0.01, 0.01),
     "cant": rarely(values.CANTS, ANYTHING),
     "conicity": number(0.02, 0.4),
     "friction": number(0.1, 0.6),

@@ -55,7 +55,7 @@ def keywords_of(rng, name, place):
         },
         "initial_offset": float(rng.uniform(0.0, 0.02)),
         "time_step": float(rng.choice([0.0005, 0.001])),
-        "weights": RewardWeights(hunting=float(rng.uniform(0, 2)), derailment=float(rng.uniform(0, 9))),
+        "weights": RewardWeights(hunting=float(rng.uniform(0, 2)), change=float(rng.uniform(0, 1))),
     }
     chosen = {key: value for key, value in drawn.items() if rng.random() < 0.6}
     if place == "none":

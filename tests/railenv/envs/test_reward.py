@@ -138,7 +138,7 @@ def test_slow_change_of_curvature_costs_little():
         env.reset(seed=seed, options={"speed": 70.0, "offset": 0.0})
         rewards = [env.step([0.0])[1] for _ in range(2000)]
         assert min(rewards) > 0.7
-        assert np.mean(rewards) > 0.95
+        assert np.mean(rewards) > 0.93
 
 
 def test_idle_below_the_critical_speed_scores_near_the_best():
