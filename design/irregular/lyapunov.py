@@ -30,7 +30,7 @@ _SPREAD = 10.0  # time constants of the fastest mode between two re-orthonormali
 _ALIGNING = 0.5  # of ``settle``, in which the directions turn into their places
 _SURE = 3.0  # standard errors
 _LEAST = 5.0  # exponents: a distance must change by e^5 over the run to be told from a constant one
-_NEUTRAL = 2e-3  # of the angular frequency: exponents below it are zero as far as a torus is concerned
+_NEUTRAL = 3e-3  # of the angular frequency: exponents below it are zero as far as a torus is concerned
 _RESTING = 1e-9  # of the model's scale a second: a motion that is slower has no direction of its own
 _STILL = 1e-6  # of the model's scale: less is no motion
 _STEADY = 0.8  # least ratio of the swings of both halves of a run
@@ -151,7 +151,7 @@ class LyapunovExponents:
         """What kind of motion the exponents tell.
 
         "equilibrium": nothing moves, or it decays and all exponents are negative. "periodic": the first
-        is zero and the second negative. "torus": the first two are zero, known to 0.2 % of the angular
+        is zero and the second negative. "torus": the first two are zero, known to 0.3 % of the angular
         frequency; motions of uncoupled parts count as such whatever their frequencies, for their
         phases are indifferent. "chaotic": the first is positive. "not decided": errors are too large
         (or ``count`` too small) to tell, the motion still grows or decays, or it goes on although all

@@ -156,6 +156,26 @@ def test_chaos_of_the_coach_on_a_curve_has_the_exponent_of_its_return_map(coach)
     assert 2.1 < found.kaplan_yorke < 2.3
 
 
+@pytest.mark.slow
+def test_chaos_of_the_coach_parts_neighbours_that_another_method_integrates(coach):
+    place = {"speed": 122.0, "radius": 6250.0, "cant": 0.0873}
+    away = {"y_w1": 8e-3, "y_w2": 8e-3}
+    found = design.lyapunov_exponents(coach, **place, perturbation=away, duration=200.0)
+    accurate = {"method": "DOP853", "rtol": 1e-10, "atol": 1e-13, "output_step": 0.02}
+    rng, start, rates = np.random.default_rng(1), found.end, []
+    for _ in range(6):
+        beside = start + 1e-7 * coach.scale * rng.standard_normal(coach.n_states)
+        one, other = (
+            railenv.simulate(coach, **place, initial_state=x, duration=12.0, **accurate).states
+            for x in (start, beside)
+        )
+        apart = np.log(np.linalg.norm((other - one) / coach.scale[:, None], axis=0))
+        time = np.linspace(0.0, 12.0, len(apart))
+        rates.append(np.polyfit(time[time > 1.0], apart[time > 1.0], 1)[0])
+        start = one[:, -1]
+    assert np.mean(rates) == pytest.approx(found.largest, abs=0.25)
+
+
 def test_a_coach_below_its_critical_speed_is_an_equilibrium_with_the_damping_of_its_modes(coach):
     rest = railenv.find_equilibrium(coach, speed=80.0).state
     least = np.linalg.eigvals(coach.jacobian(rest, speed=80.0)[0]).real.max()
