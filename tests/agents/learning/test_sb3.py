@@ -451,7 +451,7 @@ def test_ppo_learns_on_the_batch(any_id, keywords):
     model.learn(2 * 32 * N)
     assert model.num_timesteps == 2 * 32 * N
     assert len(model.ep_info_buffer) == 3 * N  # 64 steps, 20 for an episode
-    assert all(-20.0 < episode["r"] <= 0.0 for episode in model.ep_info_buffer)
+    assert all(0.0 < episode["r"] <= 20.0 for episode in model.ep_info_buffer)
 
 
 def test_normalised_and_monitored():
