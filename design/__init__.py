@@ -3,15 +3,19 @@
 >>> import design, railenv
 >>> model = railenv.Bogie(railenv.HIGH_SPEED_COACH)
 >>> print(design.critical_speed(model))
-hunting from 116.4741 m/s at 3.1135 Hz
+hunting from 116.4739 m/s at 3.1135 Hz
 """
 
+from design.curves.curve import BifurcationCurve, CurveError, CurvePoint, CurveSpecialPoint
+from design.curves.follow import bifurcation_curve
+from design.cycles.bifurcation import BifurcationDiagram, bifurcation_diagram
 from design.cycles.branch import cycle_branch
 from design.cycles.cycle import Cycle, CycleBranch, CycleError, SpecialPoint
 from design.cycles.diagram import SimulatedDiagram, simulated_diagram
 from design.cycles.hopf import hopf_point
 from design.cycles.hunting_map import HuntingMap, hunting_map
 from design.cycles.motion_plots import phase_portrait
+from design.cycles.onset import HuntingOnset
 from design.cycles.polach import DisturbanceTest, SpeedRamp, disturbance_test, speed_ramp
 from design.cycles.simulated_cycle import simulated_cycle
 from design.cycles.spectrum import Spectrum, spectrum
@@ -34,7 +38,7 @@ from design.loop.feedback import Feedback, LinearFeedback, ScaledFeedback, Stati
 from design.loop.margins import ChannelMargins, Margins, margins
 from design.loop.sampled import ClosedLoop, closed_loop, open_loop
 from design.stability.critical_points import CriticalPoint
-from design.stability.critical_speed import critical_speed
+from design.stability.critical_speed import critical_speed, hopf_points
 from design.stability.gain_locus import GainLocus, gain_locus
 from design.stability.locus import Locus, SpeedLocus, VehicleLocus, speed_locus
 from design.stability.loss import CriticalSpeed, HopfPoint
@@ -48,10 +52,15 @@ from design.studies.stability_map import StabilityMap, stability_map
 from design.studies.study import Study, run_study
 
 __all__ = [
+    "BifurcationCurve",
+    "BifurcationDiagram",
     "ChannelMargins",
     "ClosedLoop",
     "CriticalPoint",
     "CriticalSpeed",
+    "CurveError",
+    "CurvePoint",
+    "CurveSpecialPoint",
     "CurveSweep",
     "Cycle",
     "CycleBranch",
@@ -62,6 +71,7 @@ __all__ = [
     "GainLocus",
     "HopfPoint",
     "HuntingMap",
+    "HuntingOnset",
     "LinearFeedback",
     "Locus",
     "LyapunovExponents",
@@ -89,6 +99,8 @@ __all__ = [
     "VehicleLocus",
     "Weights",
     "balanced",
+    "bifurcation_curve",
+    "bifurcation_diagram",
     "closed_loop",
     "critical_speed",
     "curve_sweep",
@@ -98,6 +110,7 @@ __all__ = [
     "equilibrium",
     "gain_locus",
     "hopf_point",
+    "hopf_points",
     "hunting_map",
     "kalman",
     "lateral_model",

@@ -52,6 +52,7 @@ _PINS = {
         "below `min_radius`: {0.min_radius:g} m; tangent track (`inf`) in a share `tangent_share`: "
         "{0.tangent_share:g}",
     ),
+    "curvature": ("1/m", "as `radius`, of which it is the inverse; one of them may be pinned"),
     "cant": ("rad", "`cant_range`: {0.cant_range}, with the curve's sign; 0 on tangent track"),
     "irregularity_factor": ("1", "`irregularity_factor`: {0.irregularity_factor}"),
     "offset": ("m", "within `initial_offset`: {0.initial_offset:g} m, either way"),
@@ -137,7 +138,8 @@ def summary(case: Case, env: HuntingEnv) -> str:
     rows = [
         ("action space", f"`{env.action_space}`"),
         ("observation space", f"`{env.observation_space}`"),
-        ("made by", f'`gymnasium.make("{case.id}")`, with `import railenv`'),
+        ("made by", f'`gymnasium.make("{case.id}")` after `import railenv`'),
+        ("anywhere, also in other processes", f'`gymnasium.make("railenv:{case.id}")`'),
     ]
     return table(("", ""), rows)
 

@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+import make_curves
 from blocks import refilled
 
 import design
@@ -154,14 +155,15 @@ def nonlinear(model: railenv.Bogie | railenv.Coach) -> float:
     assert speed is not None
     top = 5.0 * math.ceil(speed * 1.03 / 5.0)
     branch = design.cycle_branch(model, parameter_range=(LOWEST, top))
-    return (
-        float(branch.speed.min())
-        if branch.nonlinear_critical_speed is None
-        else min(speed, branch.nonlinear_critical_speed)
-    )
+    assert branch.nonlinear_critical_speed is not None
+    return branch.nonlinear_critical_speed
 
 
-MAKERS: dict[str, Callable[[], str]] = {"heights": heights, "vehicles": compared}
+MAKERS: dict[str, Callable[[], str]] = {
+    "heights": heights,
+    "vehicles": compared,
+    **make_curves.MAKERS,  # of the same page
+}
 
 
 def page(text: str) -> str:

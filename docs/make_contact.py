@@ -47,8 +47,7 @@ def _onset(vehicle: railenv.Vehicle) -> tuple[str, str]:
 def _lowest(vehicle: railenv.Vehicle) -> str:
     """Return the lowest speed of hunting on the branch from the critical speed."""
     branch = design.cycle_branch(railenv.Bogie(vehicle), parameter_range=(30.0, 110.0))
-    lowest = min([branch.value.min(), *(fold.value for fold in branch.folds)])
-    return f"{lowest:.1f} m/s"
+    return f"{branch.nonlinear_critical_speed:.1f} m/s"
 
 
 def _parameters(law: ContactLaw) -> tuple[str, str, str]:

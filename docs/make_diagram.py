@@ -101,7 +101,8 @@ WINGS: dict[str, tuple[tuple[Room, ...], ...]] = {
     ),
     "design": (
         (("reproduction", "report on the paper"), ("studies", "maps, many cells in parallel")),
-        (("irregular", "chaos"), ("cycles", "limit cycles"), ("stability", "critical speed, modes")),
+        (("irregular", "chaos"), ("curves", "over two parameters")),
+        (("cycles", "limit cycles, Hopf, folds"), ("stability", "critical speed, loci, modes")),
         (("loop", "sampled loops, margins"), ("linear", "linearise, reduce, regulate")),
     ),
     "railenv": (

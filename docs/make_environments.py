@@ -23,13 +23,15 @@ from environment_tables import (
     records,
     sections,
     summary,
+    table,
     weights,
 )
 from gymnasium.vector import AutoresetMode
 
 import railenv
+from railenv.envs import DERAILED
 from railenv.envs.environment import BogieEnv, HuntingEnv
-from railenv.envs.fleet import BOUND, REASONS
+from railenv.envs.fleet import BOUND
 from railenv.envs.settings import Settings
 
 _AGAINST = {"psi": "the yaw angle of {} about its equilibrium", "dpsi": "the yaw rate of {}"}
@@ -114,10 +116,10 @@ def _episodes(prose: _Prose, env: HuntingEnv) -> list[str]:
         pins(env.settings),
         "## Episode End",
         prose.section("Episode End"),
-        'What `info["derailed"]` may say:',
-        "\n".join(f"- {reason}" for reason in REASONS if reason),
-        '`info["episode_metrics"]`, and `env.unwrapped.episode_metrics()` at any step; recent means '
-        "the last 2 s, or the last 100 m of track if they take longer:",
+        '`info["derailed"]`, a number in `railenv.envs.DERAILED`:',
+        table(("number", "reason"), [(str(k), DERAILED[k] or "none") for k in range(len(DERAILED))]),
+        "Metrics in the last `info` (0 before), and `env.unwrapped.episode_metrics()` at any step; "
+        "recent means the last 2 s, or the last 100 m of track if they take longer:",
         metrics(env),
     ]
 
@@ -167,6 +169,7 @@ the bit.
 - `autoreset_mode` takes every mode of Gymnasium: {modes}.
 - `reset(options=...)` takes arrays with one value for each environment, and `reset_mask`.
 - `max_episode_steps` truncates episodes before their `duration`.
+- `render_mode` is `"rgb_array"`, or `"rgb_array_list"` for the pictures of all steps.
 
 Speeds: [benchmarks](../benchmarks.md).
 """

@@ -289,9 +289,11 @@ def _column(point: dict[str, Any]) -> int:
 
 def _limit(points: Sequence[dict[str, Any]]) -> str:
     """Return the speed at which a wheel first lifts, or Y/Q or the guiding forces pass their limit."""
+    if all(p["ratio"] is None for p in points):
+        return "has no wheel loads"
     told = []
     for name, beyond in (
-        ("Y/Q", lambda p: p["ratio"] > _RATIO),
+        ("Y/Q", lambda p: p["ratio"] is not None and p["ratio"] > _RATIO),
         ("guiding forces", lambda p: p["shift"] is not None and p["shift"] > 1.0),
         ("a wheel lifts", lambda p: p["load"] is not None and p["load"] < _LOST),
     ):
@@ -303,7 +305,9 @@ def _limit(points: Sequence[dict[str, Any]]) -> str:
 
 def page(text: str) -> str:
     """Return the page with its table made anew."""
-    return refilled(text, {"irregular": table}, others=("heights", "vehicles"))
+    return refilled(
+        text, {"irregular": table}, others=("heights", "vehicles", "curves", "special points of curves")
+    )
 
 
 # ----------------------------------------------------------------------------- the pictures

@@ -1,6 +1,6 @@
 """Draw the pictures of pages from their own code: ``python docs/make_pictures.py``.
 
-A picture is the block's ``figure``, or else what it drew last.
+A picture that follows a block is its ``figure``, or else what it drew last.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ mpl.use("Agg")
 import matplotlib.pyplot as plt
 
 DOCS = Path(__file__).resolve().parent
-PAGES = (DOCS / "tutorial.md", DOCS / "how-to" / "assess.md")
+PAGES = (DOCS / "tutorial.md", DOCS / "limit-cycles.md", DOCS / "how-to" / "assess.md")
 
 
 def main() -> None:
@@ -31,15 +31,14 @@ def main() -> None:
 
 
 def draw(page: Path) -> None:
-    """Run the blocks of a page in order; each picture is of the block before it."""
+    """Run the blocks of a page in order; a picture right after one is of it."""
     namespace: dict[str, Any] = {"__name__": "__main__"}
-    parts = re.findall(r"```python\n(.*?)```|!\[.*?\]\((.+?\.png)\)", page.read_text(), re.DOTALL)
-    for block, picture in parts:
-        if block:
-            plt.close("all")
-            namespace.pop("figure", None)
-            exec(compile(block, page.name, "exec"), namespace)
-        else:
+    pattern = r"```python\n(.*?)```(?:\s*!\[[^\]]*\]\(([^)]+\.png)\))?"
+    for block, picture in re.findall(pattern, page.read_text(), re.DOTALL):
+        plt.close("all")
+        namespace.pop("figure", None)
+        exec(compile(block, page.name, "exec"), namespace)
+        if picture:
             figure = namespace.get("figure") or plt.gcf()
             figure.savefig(page.parent / picture, dpi=120, bbox_inches="tight")
             print(f"wrote {picture}")

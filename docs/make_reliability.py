@@ -142,6 +142,32 @@ def periods(data: dict[str, Any]) -> str:
     return table(["control period (ms)", "critical speed (m/s)"], rows, 0)
 
 
+def onsets(data: dict[str, Any]) -> str:
+    """Return the table of nonlinear critical speeds against simulation."""
+    columns = {
+        "agrees": "agree",
+        "no hunting": "none found, none simulated",
+        "hunts below": "hunts below",
+        "does not hunt above": "does not hunt above",
+        "hunts where none was found": "hunts where none was found",
+    }
+    lines, total = [], Counter[str]()
+    for row in _part(data, "onsets"):
+        total.update(row["outcomes"])
+        shares = [f"{row[name]:.2f}" for name in ("middle_share", "lowest_share")]
+        lines.append([row["name"], *_counts(row["outcomes"], columns), *shares])
+    lines.append(["**all**", *_counts(total, columns), "", ""])
+    heads = ["contact", "vehicles", *columns.values()]
+    return table([*heads, "nonlinear / linear, median", "lowest"], lines)
+
+
+def _counts(outcomes: dict[str, int], columns: dict[str, str]) -> list[str]:
+    unknown = set(outcomes) - set(columns)
+    if unknown:
+        raise ValueError(f"outcomes without a column: {sorted(unknown)}")
+    return [f"{n}" for n in (sum(outcomes.values()), *(outcomes.get(c, 0) for c in columns))]
+
+
 def circumstances(data: dict[str, Any]) -> str:
     """Say with what everything was measured."""
     about = ", ".join(f"{name} {value}" for name, value in data["circumstances"].items())
@@ -160,7 +186,7 @@ def circumstances(data: dict[str, Any]) -> str:
 def page(text: str) -> str:
     """Return the text of the page with its tables made anew."""
     data = json.loads(DATA.read_text(encoding="utf-8"))
-    makers = (circumstances, fuzz, damage, soak, sensitivity, periods)
+    makers = (circumstances, fuzz, damage, soak, sensitivity, periods, onsets)
     return refilled(text, {maker.__name__: lambda maker=maker: maker(data) for maker in makers})
 
 

@@ -17,8 +17,6 @@ import torch
 from gymnasium.vector import AutoresetMode
 from torch import Tensor, nn
 
-from railenv.envs.settings import RewardWeights
-
 
 @dataclass(frozen=True)
 class Options:
@@ -39,7 +37,6 @@ ENV = {
     "speed_range": (130.0, 130.0),  # above the critical speed, 114 m/s
     "tangent_share": 1.0,
     "duration": 2.0,
-    "weights": RewardWeights(derailment=0.0),
 }
 
 

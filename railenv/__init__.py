@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         ParameterError,
         RailenvError,
         SimulationError,
+        UnknownKeywordError,
         UnknownNameError,
     )
     from railenv.models import Assembled, Bogie, Coach, CooperriderBogie, DualWheelset, Model
@@ -73,6 +74,7 @@ _MODULES = {
         "ParameterError",
         "RailenvError",
         "SimulationError",
+        "UnknownKeywordError",
         "UnknownNameError",
     ),
     "models": ("Assembled", "Bogie", "Coach", "CooperriderBogie", "DualWheelset", "Model"),
@@ -141,6 +143,7 @@ __all__ = [
     "Sensors",
     "SimulationError",
     "Track",
+    "UnknownKeywordError",
     "UnknownNameError",
     "Vehicle",
     "YawActuator",

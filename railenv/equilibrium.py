@@ -76,9 +76,8 @@ class Point:
 
     Attributes
     ----------
-    s : float
-        Path parameter.
-    state : ndarray, shape (n_states,)
+    position : ndarray, shape (n_states + 1,)
+        State, and the path parameter s.
     tangent : ndarray, shape (n_states + 1,)
         Unit tangent of (state, s), divided by ``scale``.
     scale : ndarray, shape (n_states + 1,)
@@ -87,16 +86,20 @@ class Point:
         Derivatives with respect to states, inputs, speed, curvature and cant.
     """
 
-    s: float
-    state: Array
+    position: Array
     tangent: Array
     scale: Array
     jacobian: Array
 
     @property
-    def position(self) -> Array:
-        """State and s in one vector."""
-        return np.append(self.state, self.s)
+    def s(self) -> float:
+        """Path parameter."""
+        return float(self.position[-1])
+
+    @property
+    def state(self) -> Array:
+        """State, shape (n_states,)."""
+        return self.position[:-1]
 
     @property
     def forward(self) -> bool:
@@ -164,8 +167,10 @@ class Branch:
         self._solve = dgesv  # numpy.linalg.solve takes twice as long for a matrix this small
 
     def _scale(self, state: Array) -> Array:
-        states = math.sqrt(self._n) * (self._model.scale + _RELATIVE_UNIT * np.abs(state))
-        return np.append(states, self.path.unit)
+        scale = np.empty(self._n + 1)
+        scale[:-1] = math.sqrt(self._n) * (self._model.scale + _RELATIVE_UNIT * np.abs(state))
+        scale[-1] = self.path.unit
+        return scale
 
     def residual(self, state: Array, s: float) -> float:
         """Return the largest derivative (m/s^2, rad/s^2) of a state at ``s``."""
@@ -223,7 +228,7 @@ class Branch:
                 here = self._scale(z[:-1])
                 tangent = solution[:, 1] * scale / here
                 tangent /= math.sqrt(tangent @ tangent)
-                return Point(float(z[-1]), z[:-1], tangent, here, jacobian), steps
+                return Point(z, tangent, here, jacobian), steps
         raise Stuck
 
     def start(self, state: Array, s: float) -> Point:
@@ -254,6 +259,24 @@ class Branch:
         if length == 0.0:
             return p
         return self.point(p.position + fraction * way, chord / length, p.scale)[0]
+
+    def paces(self, p: Point, q: Point) -> tuple[float, float]:
+        """Return the arclength per fraction of the way from p to q, of :meth:`between`, at p and at q.
+
+        Each in units of its own point.
+        """
+        chord = (q.position - p.position) / p.scale
+        squared = float(chord @ chord)
+        return (
+            squared / float(chord @ p.tangent),
+            squared / float(chord @ (q.tangent * q.scale / p.scale)),
+        )
+
+    def ahead(self, p: Point, distance: float) -> Point:
+        """Return what the tangent of a point predicts, some units of arclength ahead, uncorrected."""
+        z = p.position + distance * p.tangent * p.scale
+        self._evaluator.set(z[: self._n], *self.path.at(z[self._n]), self._inputs)
+        return Point(z, p.tangent, p.scale, self._evaluator.jacobian())
 
     def points(self, first: Point, s_end: float) -> Iterator[Point]:
         """Follow the branch from a point, passing folds, until s reaches ``s_end``.
@@ -286,7 +309,8 @@ class Branch:
         """Return the next point, at ``s_end`` where the step would pass it, and its Newton steps."""
         guess = point.position + step * point.tangent * point.scale
         following, steps = self.point(guess, point.tangent, point.scale)
-        miss = float(np.linalg.norm((following.position - guess) / point.scale))
+        missed = (following.position - guess) / point.scale
+        miss = math.sqrt(missed @ missed)
         if miss > (_LARGEST_MISS if step > _SHORT_STEP else _SHARPEST_KINK) * step:
             raise Stuck  # too far from the prediction to be the same branch with no fold between
         if following.s > s_end:

@@ -41,11 +41,36 @@ class UnknownNameError(ParameterError):
     """A name is not one of those that exist."""
 
     def __init__(self, kind: str, names: Any, allowed: Any) -> None:
-        parts = []
-        for name in sorted([names] if isinstance(names, str) else names, key=str):
-            close = difflib.get_close_matches(str(name)[:_LONGEST], allowed, n=1)
-            parts.append(shown(name) + (f" (did you mean {close[0]!r}?)" if close else ""))
-        super().__init__(f"unknown {kind}: {', '.join(parts)}; allowed are {', '.join(allowed)}")
+        told = ", ".join(_suggesting(names, allowed))
+        super().__init__(f"unknown {kind}: {told}; allowed are {', '.join(allowed)}")
+
+
+def _suggesting(names: Any, allowed: Any) -> list[str]:
+    """Return names that do not exist, each with the one that it is close to."""
+    parts = []
+    for name in sorted([names] if isinstance(names, str) else names, key=str):
+        close = difflib.get_close_matches(str(name)[:_LONGEST], allowed, n=1)
+        parts.append(shown(name) + (f" (did you mean {close[0]!r}?)" if close else ""))
+    return parts
+
+
+class UnknownKeywordError(UnknownNameError, TypeError):
+    """A keyword is not one of those that exist; a TypeError in Python's wording, too.
+
+    Libraries that try keywords on environments go by both. Gymnasium makes the error anew with more to
+    its message, so it takes a message alone; :meth:`of` writes one.
+    """
+
+    def __init__(self, message: str) -> None:
+        ParameterError.__init__(self, message)
+
+    @classmethod
+    def of(cls, owner: str, names: Any, allowed: Any) -> UnknownKeywordError:
+        """Return the error for some unknown keywords of an owner."""
+        told = " and ".join(
+            f"an unexpected keyword argument {name}" for name in _suggesting(names, allowed)
+        )
+        return cls(f"{owner} got {told}; allowed are {', '.join(allowed)}")
 
 
 class MissingPackageError(RailenvError, ImportError):

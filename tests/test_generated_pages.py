@@ -182,6 +182,24 @@ def test_speeds_of_whole_vehicles_are_those_computed():
         assert re.search(rf"^\| {name} \|.*\| {alone:.1f} m/s \| {whole:.1f} m/s \|$", page, re.M)
 
 
+def test_speeds_on_curves_are_those_kept():
+    make_curves = script("make_curves")
+    page = text("limit-cycles.md")
+    for maker in make_curves.MAKERS.values():
+        assert maker() in page
+    for conicity, hopf, *_ in make_curves.kept()["speeds"]:
+        found = design.critical_speed(make_curves.COACH.replace(conicity=conicity))
+        assert hopf == pytest.approx(found.speed, rel=1e-5)
+
+
+@pytest.mark.slow
+def test_numbers_on_curves_are_those_computed():
+    make_curves = script("make_curves")
+    found, kept = make_curves.numbers(make_curves.curves()), make_curves.kept()
+    assert make_curves.speeds(found) == make_curves.speeds(kept)
+    assert make_curves.special(found) == make_curves.special(kept)
+
+
 @pytest.mark.slow
 def test_tables_of_whole_vehicles_are_made_again():
     assert script("make_coaches").page(text("limit-cycles.md")) == text("limit-cycles.md")

@@ -163,7 +163,7 @@ class Rollout:
         if self.controller is not None:
             actions = np.asarray(self.controller.act(self.fleet.observations), dtype=float)
         self.fleet.step(actions.reshape(self._idle.shape))
-        self.derailed |= self.fleet.terms[:, 5] > 0.0
+        self.derailed |= self.fleet.derailed
 
     def run(self, duration: float, names: Sequence[str] | None = None, every: int = 1) -> Motion:
         """Advance by a duration (s) and record states, every so many control periods.

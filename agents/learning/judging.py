@@ -93,7 +93,7 @@ def _episodes(model: Any, env: Any, seed: int) -> tuple[np.ndarray, np.ndarray]:
         observations, _, dones, infos = env.step(actions)
         for i in np.flatnonzero(dones & np.isnan(returns)):
             returns[i] = infos[i]["episode"]["r"]
-            derailed[i] = "derailed" in infos[i]
+            derailed[i] = infos[i]["derailed"] > 0
     return returns, derailed
 
 

@@ -17,6 +17,7 @@ from agents.controllers.controller import Controller
 from agents.evaluation.nonlinear import OFFSET
 from agents.evaluation.rollout import Case, Rollout, Track
 from railenv import HIGH_SPEED_COACH_HOLLOW, Equipped, checks
+from railenv.envs.fleet import QUIET
 from railenv.errors import ParameterError
 
 Array = NDArray[np.float64]
@@ -28,6 +29,7 @@ _WINDOW = 0.2  # s over which the energy of a motion is read
 _EFFORT = 4.0  # of the mean squared moment (share of the limit), beside the motion on a ride
 _GROWING = 0.1  # 1/s, rate from which on a motion that grows costs 1 more
 _UNIT = 9e-3  # m, an offset whose energy is about 1: the reward measures by the flange clearance
+_MOST = 1.0 - 1e-12  # cost of a motion that is not a number any more
 _NOTHING = 1e-26  # energy, as the terms of the reward measure it, below which a motion is over
 
 
@@ -164,9 +166,10 @@ class Lessons:
             energy = np.zeros(len(rollout.cases))
             for _ in range(window):
                 rollout.step()
-                hunting, excursion, _, effort = rollout.fleet.terms[:, 1:5].T
-                energy += hunting + excursion
-                ride += hunting + excursion + _EFFORT * effort
+                hunting, excursion, _, effort, *_ = rollout.fleet.costs.T
+                motion = _energy(hunting) + _energy(excursion)
+                energy += motion
+                ride += motion + _EFFORT * effort
             energies[k] = energy / window
         shaped = energies.reshape(windows, count, len(one))
         rates = self._rates(shaped[:, :, :smooth])
@@ -186,6 +189,12 @@ class Lessons:
         whole = (size[-1, :, :small] - start) / self.duration
         rates[:, :small] = np.maximum(rates[:, :small], whole)
         return np.asarray(rates)
+
+
+def _energy(cost: Array) -> Array:
+    """Return the bounded energy of a motion from its cost in the reward, which tells its amplitude."""
+    energy = (QUIET * cost / (1.0 - np.minimum(cost, _MOST))) ** 2
+    return np.asarray(energy / (1.0 + energy))
 
 
 def _finite(radius: float) -> float | None:

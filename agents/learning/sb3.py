@@ -22,8 +22,8 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
-from railenv.envs.environment import TERM_NAMES
 from railenv.envs.fleet import broadcast_options
+from railenv.envs.infos import TERM_NAMES, of_start
 from railenv.envs.metrics import episode_metrics
 from railenv.envs.settings import Settings
 from railenv.envs.vector import HuntingVectorEnv
@@ -54,9 +54,9 @@ class HuntingVecEnv(VecEnv):
 
     - ``terminal_observation``: its last observation;
     - ``TimeLimit.truncated``: whether time ended it, and not a derailment;
-    - ``derailed``: the reason, after a derailment only;
-    - ``episode_metrics`` and ``conditions``: readings of the episode, and what had been drawn for it;
-    - ``hunting``, ``excursion``, ``ride``, ``effort``, ``derailment``: the last step's reward terms;
+    - everything that the last info of a single environment has, by the same names: the last step's
+      reward terms (``hunting`` and so on), ``derailed``, what had been drawn, and readings of the
+      episode (``hunting_amplitude`` and so on);
     - ``episode``: return ``r``, length ``l`` and wall time ``t``, as from ``Monitor``, which makes
       Stable-Baselines3 log mean returns. No ``Monitor`` or ``VecMonitor`` is needed.
 
@@ -125,7 +125,7 @@ class HuntingVecEnv(VecEnv):
 
         Raises
         ------
-        UnknownNameError
+        UnknownKeywordError
             If a keyword is not a setting.
         ParameterError
             If a value is not allowed.
@@ -218,7 +218,7 @@ class HuntingVecEnv(VecEnv):
         for i in rows:
             episode = self.vector_env.fleet.episodes[i]
             assert episode is not None
-            self.reset_infos[i] = {"conditions": episode.conditions()}
+            self.reset_infos[i] = of_start(episode)
 
     # ------------------------------------------------------------------ steps
 
@@ -246,10 +246,9 @@ class HuntingVecEnv(VecEnv):
         self._lengths += 1
         dones = terminated | truncated
         ended = np.flatnonzero(dones).tolist()
-        terms = found["final_info"] if ended else found  # whole columns, running environments too
         infos: list[dict[str, Any]]
         if self.reward_terms:
-            columns = [terms[name].tolist() for name in TERM_NAMES]
+            columns = [found[name].tolist() for name in TERM_NAMES]
             infos = [dict(zip(TERM_NAMES, row, strict=True)) for row in zip(*columns, strict=True)]
         else:
             infos = [{} for _ in range(self.num_envs)]
@@ -263,14 +262,7 @@ class HuntingVecEnv(VecEnv):
     def _last_info(self, i: int, found: Mapping[str, Any]) -> dict[str, Any]:
         """Return what the last step's info says of an episode."""
         last = found["final_info"]
-        info: dict[str, Any] = {name: float(last[name][i]) for name in TERM_NAMES}
-        metrics = last["episode_metrics"]
-        info["episode_metrics"] = {
-            name: float(values[i]) for name, values in metrics.items() if not name.startswith("_")
-        }
-        info |= self.reset_infos[i]
-        if "derailed" in last and last["_derailed"][i]:
-            info["derailed"] = last["derailed"][i]
+        info: dict[str, Any] = {name: values[i] for name, values in last.items() if f"_{name}" in last}
         info["terminal_observation"] = found["final_obs"][i]
         info["episode"] = {
             "r": round(float(self._returns[i]), 6),
@@ -361,6 +353,7 @@ class HuntingVecEnv(VecEnv):
                 "fleet": {name: _row(name, value, i) for name, value in whole["fleet"].items()},
                 "history": whole["history"][i : i + 1].copy(),
                 "np_random": whole["generators"][i],
+                "np_random_seed": whole["seeds"][i],
                 "running": not whole["ended"][i],
                 "return": float(self._returns[i]),
             }
@@ -374,6 +367,7 @@ class HuntingVecEnv(VecEnv):
                 _put_row(name, value, i, state["fleet"][name])
             whole["history"][i] = state["history"][0]
             whole["generators"][i] = state["np_random"]
+            whole["seeds"][i] = state["np_random_seed"]
             whole["ended"][i] = not state["running"]
         self.vector_env.set_state(whole)  # copies what it keeps
         self._begin(rows)

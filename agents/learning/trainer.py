@@ -243,7 +243,7 @@ class Between(BaseCallback):
         if self.trainer.recipe.curriculum is not None and dones.any():
             infos = self.locals["infos"]
             outcomes = self.trainer.counted.outcomes
-            outcomes.extend("derailed" not in infos[i] for i in np.flatnonzero(dones))
+            outcomes.extend(not infos[i]["derailed"] for i in np.flatnonzero(dones))
         return True
 
     def _on_rollout_start(self) -> None:

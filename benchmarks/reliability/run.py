@@ -29,6 +29,7 @@ from benchmarks.reliability import (
     command_areas,
     damage,
     fuzz,
+    onsets,
     physics_areas,
     sensitivity,
     soak,
@@ -77,6 +78,13 @@ def measurements(share: float) -> Iterator[Job]:
         yield Job("soak", name, partial(_plain, partial(soaked, share * soak.HOUR)))
 
 
+def hunting(share: float) -> Iterator[Job]:
+    """Name every kind of contact, and judge nonlinear critical speeds of random vehicles with it."""
+    count = max(1, round(share * onsets.VEHICLES / len(onsets.KINDS)))
+    for kind in onsets.KINDS:
+        yield Job("onsets", kind, partial(onsets.run, kind, count))
+
+
 def _tallied(run: Callable[[], Tally]) -> dict[str, Any]:
     tally = run()
     return {"outcomes": dict(sorted(tally.outcomes.items())), "failures": tally.failures}
@@ -100,7 +108,8 @@ def main(
     warnings.simplefilter("ignore", hypothesis.errors.HypothesisWarning)
     kept = json.loads(out.read_text(encoding="utf-8"))["measured"] if only else []
     measured: list[dict[str, Any]] = []
-    for job in (*fuzzed(share, seed), *damages(share), *measurements(share)):
+    jobs = (*fuzzed(share, seed), *damages(share), *hunting(share), *measurements(share))
+    for job in jobs:
         if only and not {job.part, job.name} & set(only):
             measured += [row for row in kept if (row["part"], row["name"]) == (job.part, job.name)]
             continue

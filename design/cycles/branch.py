@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Literal
 
 from numpy.typing import ArrayLike
 
 from design.cycles.continuation import CycleContinuation
-from design.cycles.cycle import Array, Cycle, CycleBranch, CycleError
+from design.cycles.cycle import Array, Cycle, CycleBranch, CycleError, SpecialPoint
 from design.cycles.shooting import Setting
 from design.stability.critical_speed import SPEED_RANGE, critical_speed
 from design.stability.loss import CriticalSpeed
@@ -19,6 +20,8 @@ from railenv.models import Model
 ABOVE_HOPF = 1.2
 """Of the Hopf speed, up to which a branch is followed unless a range is given."""
 
+_FAR_BELOW = 0.1  # of a range in which all is unstable: where a search for its Hopf point starts
+
 
 def cycle_branch(
     model: Model | None = None,
@@ -26,7 +29,7 @@ def cycle_branch(
     radius: float = math.inf,
     cant: float = 0.0,
     inputs: ArrayLike | None = None,
-    start: CriticalSpeed | Cycle | None = None,
+    start: CriticalSpeed | Cycle | SpecialPoint | None = None,
     parameter: str = "speed",
     parameter_range: tuple[float, float] | None = None,
     direction: Literal[1, -1] = 1,
@@ -51,16 +54,19 @@ def cycle_branch(
         Cant angle, rad.
     inputs : array_like, shape (n_inputs,), optional
         Constant inputs; zero when left out.
-    start : CriticalSpeed or Cycle, optional
-        The Hopf point to start from (the first one when left out), or a periodic motion,
-        for instance from :func:`design.simulated_cycle` or another branch.
+    start : CriticalSpeed, Cycle or SpecialPoint, optional
+        The Hopf point to start from (the first one of the range when left out, see
+        :func:`design.hopf_points` for all); a periodic motion, for instance from
+        :func:`design.simulated_cycle` or another branch; or a period doubling, symmetry breaking or
+        branch point of another branch, which this one leaves there.
     parameter : str
-        "speed", "curvature", "cant" or a parameter of the model. Other than "speed" needs a Cycle as
+        "speed", "curvature", "cant" or a parameter of the model. Other than "speed" needs a motion as
         ``start``, whose other running conditions are kept.
     parameter_range : (float, float), optional
         Where to stop. For the speed (m/s) 3 to 1.2 times the Hopf speed; needed for another parameter.
     direction : {1, -1}
-        Whether the parameter first grows or falls from a Cycle; a Hopf point decides for itself.
+        Whether the parameter first grows or falls from a Cycle; a Hopf point decides for itself. From a
+        special point, to which side the branch is left.
     points : int
         Most points.
     longest_step : float
@@ -98,12 +104,16 @@ def cycle_branch(
     if model is None:
         raise ParameterError("model is None; only a resumed branch brings its own")
     u = checks.vector("inputs", inputs, model.input_names)
-    if isinstance(start, Cycle):
+    if isinstance(start, Cycle | SpecialPoint):
         limits = _range(parameter_range)
-        setting = _setting(model, parameter, start, u, limits)
-        run = CycleContinuation.from_cycle(
-            setting, start, direction, limits, longest_step, steps_per_period
-        )
+        cycle = start if isinstance(start, Cycle) else start.cycle
+        setting = _setting(model, parameter, cycle, u, limits)
+        if isinstance(start, SpecialPoint):
+            run = CycleContinuation.from_switch(setting, start, direction, limits, longest_step)
+        else:
+            run = CycleContinuation.from_cycle(
+                setting, start, direction, limits, longest_step, steps_per_period
+            )
         return run.run(points, progress)
     if parameter != "speed":
         raise ParameterError(
@@ -111,11 +121,25 @@ def cycle_branch(
             "speed starts from a limit cycle: give start=design.simulated_cycle(...)"
         )
     given = None if parameter_range is None else _range(parameter_range)
-    hopf = start or critical_speed(model, radius=radius, cant=cant, inputs=u)
+    hopf = start or _first_hopf(model, radius, cant, u, given)
     setting = _setting_at(hopf, model, u)
     limits = given or (SPEED_RANGE[0], ABOVE_HOPF * setting.speed)
     run = CycleContinuation.from_hopf(setting, hopf, limits, longest_step, steps_per_period)
     return run.run(points, progress)
+
+
+def _first_hopf(
+    model: Model, radius: float, cant: float, inputs: Array, limits: tuple[float, float] | None
+) -> CriticalSpeed:
+    """Return the first Hopf point of the range, or the next one above or below it."""
+    lowest, highest = SPEED_RANGE
+    low, high = limits or SPEED_RANGE
+    search = partial(critical_speed, model, radius=radius, cant=cant, inputs=inputs)
+    found = search(speed_range=(low, max(high, highest)))
+    for start in (lowest, _FAR_BELOW * low):
+        if found.loss == "unstable at start" and start < low:
+            found = search(speed_range=(start, low))
+    return found
 
 
 def _range(limits: tuple[float, float] | None) -> tuple[float, float]:

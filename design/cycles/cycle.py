@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from design.cycles.onset import HuntingOnset, onset_of
 from design.cycles.shooting import CONDITIONS, Setting
 from design.stability.loss import CriticalSpeed
 from railenv.errors import RailenvError
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
-Kind = Literal["fold", "torus", "period doubling", "symmetry breaking", "branch point"]
+Kind = Literal["fold", "torus", "period doubling", "symmetry breaking", "branch point", "Hopf"]
 
 
 class CycleError(RailenvError):
@@ -100,21 +101,25 @@ class SpecialPoint:
 
     Attributes
     ----------
-    kind : {"fold", "torus", "period doubling", "symmetry breaking", "branch point"}
+    kind : {"fold", "torus", "period doubling", "symmetry breaking", "branch point", "Hopf"}
         Torus is a Neimark-Sacker point; "symmetry breaking" is a branch point of a motion that is
-        its own mirror image half a period later.
+        its own mirror image half a period later; at a "Hopf" point the branch shrinks to an
+        equilibrium and ends.
     cycle : Cycle
         The motion there.
     multiplier : complex
         The Floquet multiplier on the unit circle.
     precision : float
         Length of the interval of the parameter in which the point is known to lie.
+    after : int
+        Number of points of the branch before it.
     """
 
     kind: Kind
     cycle: Cycle
     multiplier: complex
     precision: float
+    after: int
 
     @property
     def value(self) -> float:
@@ -216,22 +221,25 @@ class CycleBranch:
         return tuple(s for s in self.special if s.kind == "fold")
 
     @property
-    def nonlinear_critical_speed(self) -> float | None:
-        """Lowest speed (m/s) at which hunting of this branch persists; None where it has no fold.
+    def onset(self) -> HuntingOnset | None:
+        """Lowest value at which hunting of this branch can persist; None without a stable motion.
 
-        That is where the branch turns back upwards, or, if hunting begins gently at a lower speed, the
-        lowest one at which a stable motion was computed. Below it no hunting of this branch exists,
-        above it a large enough disturbance starts it.
+        Never above the value of a stable motion that was computed. Motions of other branches may
+        persist below: :func:`design.bifurcation_diagram` looks for them.
         """
-        if self.parameter != "speed":
-            return None
-        lowest = [s.value for s in self.folds if self._is_minimum(s)]
-        stable = [cycle.value for cycle in self.cycles if cycle.stable]
-        return min([*lowest, *stable]) if lowest else None
+        return onset_of(self)
 
-    def _is_minimum(self, fold: SpecialPoint) -> bool:
-        near = np.argsort(np.abs(self.value - fold.value))[:4]
-        return bool(self.value[near].mean() > fold.value)
+    @property
+    def nonlinear_critical_speed(self) -> float | None:
+        """Lowest speed (m/s) at which hunting of this branch can persist.
+
+        What it rests on is told by ``onset``: a fold where stable hunting begins, or the Hopf point
+        where it grows from nothing. Below it no hunting of this branch persists; above it a large
+        enough disturbance starts it. None where no stable motion was found, or the parameter is not the
+        speed.
+        """
+        onset = self.onset if self.parameter == "speed" else None
+        return None if onset is None else onset.value
 
     def at(self, value: float, *, stable: bool | None = None) -> tuple[Cycle, ...]:
         """Return the computed motions next to where the branch passes a value of the parameter.
@@ -260,15 +268,14 @@ class CycleBranch:
                 {"kind": s.kind, "value": s.value, "frequency": s.cycle.frequency} for s in self.special
             ],
             "nonlinear_critical_speed": self.nonlinear_critical_speed,
+            "rests_on": None if self.onset is None else self.onset.rests_on,
             "ended": self.ended,
         }
 
     def __str__(self) -> str:
         low, high = float(self.value.min()), float(self.value.max())
         text = f"{len(self)} limit cycles, {self.parameter} {low:.4g} to {high:.4g}"
-        if self.nonlinear_critical_speed is not None:
-            text += f"; fold at {self.nonlinear_critical_speed:.4f} m/s"
-        return text
+        return text if self.onset is None else f"{text}; {self.onset}"
 
     def plot(
         self, state: str | None = None, ax: Axes | None = None, clearance: float | None = None

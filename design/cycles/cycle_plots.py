@@ -28,6 +28,7 @@ SPECIAL_MARKERS = {
     "period doubling": "s",
     "symmetry breaking": "^",
     "branch point": "v",
+    "Hopf": "*",
 }
 """Marker of each kind of special point."""
 

@@ -180,22 +180,25 @@ def _one_curve(
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Return the extremes at all speeds from all starts, and where there is a running equilibrium."""
     curvature = checks.curvature(radius)
-    states, steady = _equilibria(model, speeds, radius, cant)
-    begin = _disturbed(model, states, starts)
+    states, steady = equilibria(model, speeds, radius, cant)
+    begin = disturbed(model, states, starts)
     if step is None:
-        ends = [(states[i], float(speeds[i])) for i in (0, -1)]
-        step = _STEP * min(
-            natural_step(model, x, speed=v, curvature=curvature, cant=cant) for x, v in ends
-        )
+        step = lane_step(model, states, speeds, curvature, cant)
     step = checks.number("step", step, low=0.0, open_low=True, unit="s")
     batch = Batch([model] * (len(speeds) * len(starts)))
     batch.conditions = [[v, curvature, cant] for v in speeds for _ in starts]
     batch.states = begin.reshape(-1, model.n_states)
-    lowest, highest = _extremes(batch, times, step)
+    lowest, highest = extremes(batch, times, step)
     return lowest.reshape(begin.shape), highest.reshape(begin.shape), steady
 
 
-def _disturbed(model: Model, states: Array, starts: Sequence[Mapping[str, float]]) -> Array:
+def lane_step(model: Model, states: Array, speeds: Array, curvature: float, cant: float) -> float:
+    """Return the Runge-Kutta step (s) of simulations in lanes, from the ends of a range of speeds."""
+    ends = [(states[i], float(speeds[i])) for i in (0, -1)]
+    return _STEP * min(natural_step(model, x, speed=v, curvature=curvature, cant=cant) for x, v in ends)
+
+
+def disturbed(model: Model, states: Array, starts: Sequence[Mapping[str, float]]) -> Array:
     """Return the state at every speed with every start added, shape (n_speeds, n_starts, n_states)."""
     begin = np.repeat(states[:, None, :], len(starts), axis=1)
     for k, given in enumerate(starts):
@@ -204,7 +207,7 @@ def _disturbed(model: Model, states: Array, starts: Sequence[Mapping[str, float]
     return begin
 
 
-def _extremes(batch: Batch, times: tuple[float, float], step: float) -> tuple[Array, Array]:
+def extremes(batch: Batch, times: tuple[float, float], step: float) -> tuple[Array, Array]:
     """Integrate a batch; return the extremes of all states in the window at the end, NaN if lost."""
     duration, window = times
     total = max(2, math.ceil(duration / step))
@@ -221,7 +224,7 @@ def _extremes(batch: Batch, times: tuple[float, float], step: float) -> tuple[Ar
     return np.where(finite, lowest, np.nan), np.where(finite, highest, np.nan)
 
 
-def _equilibria(
+def equilibria(
     model: Model, speeds: Array, radius: float, cant: float
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Return the running equilibrium at every speed, and whether there is one."""

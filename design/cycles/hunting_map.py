@@ -1,8 +1,8 @@
 """Where a vehicle never hunts, may hunt, and must hunt: speed against a second parameter.
 
-Above the Hopf point the running equilibrium is unstable, and the vehicle must hunt. Below the fold
-of limit
-cycles there is no hunting, however large the disturbance. Between them it depends on the disturbance.
+Above the Hopf point the running equilibrium is unstable, and the vehicle must hunt. Below the nonlinear
+critical speed, most often a fold of limit cycles, there is no hunting, however large the disturbance.
+Between them it depends on the disturbance.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from design.cycles.branch import cycle_branch
 from design.cycles.continuation import CycleContinuation
-from design.cycles.cycle import Cycle, CycleBranch, CycleError, SpecialPoint
+from design.cycles.cycle import Cycle, CycleBranch, CycleError
+from design.cycles.onset import HuntingOnset
 from design.cycles.places import Place
 from design.cycles.shooting import Setting
 from design.progress import tracked
@@ -32,14 +33,14 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_FOLLOWED = 40  # points to a neighbouring fold
+_FOLLOWED = 40  # points from the stable motion of the value before
 _LONGEST_STEP = 0.12
-_OFF = (0.01, 0.03, 0.08)  # of the speed, from a fold to the stable motion beside it, tried in turn
+_OFF = (0.01, 0.03, 0.08)  # of the speed, from the onset to the stable motion above it, tried in turn
 
 
 @dataclass(frozen=True)
 class HuntingMap:
-    """Hopf points and folds of limit cycles over a second parameter.
+    """Hopf points and nonlinear critical speeds over a second parameter.
 
     Attributes
     ----------
@@ -50,10 +51,10 @@ class HuntingMap:
         Values of it that were computed.
     hopf : tuple of CriticalSpeed
         Where steady running ends, for each value.
-    folds : tuple of (SpecialPoint or None)
-        The lowest fold of limit cycles, for each value.
+    onsets : tuple of (HuntingOnset or None)
+        The lowest speed at which hunting can persist and what it rests on, for each value.
     notes : tuple of str
-        Why there is no fold, for each value; empty where there is one.
+        Why there is none, for each value; empty where there is one.
     ended : str or None
         Why not all values were computed.
     """
@@ -62,7 +63,7 @@ class HuntingMap:
     parameter: str
     value: Array
     hopf: tuple[CriticalSpeed, ...]
-    folds: tuple[SpecialPoint | None, ...]
+    onsets: tuple[HuntingOnset | None, ...]
     notes: tuple[str, ...]
     ended: str | None
 
@@ -72,9 +73,9 @@ class HuntingMap:
         return np.array([h.speed if h.loss == "hunting" else math.nan for h in self.hopf], dtype=float)
 
     @property
-    def fold_speed(self) -> Array:
-        """Speed (m/s) below which it never hunts; NaN where there is no fold."""
-        return np.array([math.nan if f is None else f.value for f in self.folds])
+    def onset_speed(self) -> Array:
+        """Nonlinear critical speed (m/s), below which it never hunts; NaN where none was found."""
+        return np.array([math.nan if o is None else o.value for o in self.onsets])
 
     def summary(self) -> dict[str, Any]:
         """Return the map as plain numbers and strings, ready for JSON."""
@@ -87,7 +88,8 @@ class HuntingMap:
             "parameter": self.parameter,
             "value": [None if math.isinf(v) else v for v in self.value.tolist()],
             "hopf_speed": plain(self.hopf_speed),
-            "fold_speed": plain(self.fold_speed),
+            "onset_speed": plain(self.onset_speed),
+            "rests_on": [None if o is None else o.rests_on for o in self.onsets],
             "notes": list(self.notes),
             "ended": self.ended,
         }
@@ -109,11 +111,11 @@ def hunting_map(
     speed_range: tuple[float, float] = SPEED_RANGE,
     progress: bool = False,
 ) -> HuntingMap:
-    """Follow the Hopf point and the fold of limit cycles over a second parameter.
+    """Find the Hopf point and the nonlinear critical speed over a second parameter.
 
-    The first fold is found along the whole branch. From one value to the next the stable motion
-    beside it is
-    corrected and followed down to its fold again; where that fails the branch is computed anew.
+    At each value the whole branch from the Hopf point is followed, and the stable motion of the value
+    before is corrected and followed down, as it may be of a branch that hangs together with no Hopf
+    point any more. The lower of the two counts.
 
     Parameters
     ----------
@@ -142,7 +144,7 @@ def hunting_map(
     """
     checks.known("parameter", [parameter], ["radius", "cant", *model.parameters])
     wanted = np.atleast_1d(np.asarray(values, dtype=float)).tolist()
-    rows: list[tuple[CriticalSpeed, SpecialPoint | None, str]] = []
+    rows: list[tuple[CriticalSpeed, HuntingOnset | None, str]] = []
     ended: str | None = None
     beside: Cycle | None = None
     try:
@@ -151,8 +153,8 @@ def hunting_map(
             hopf = critical_speed(
                 place.model, radius=place.radius, cant=place.cant, speed_range=speed_range
             )
-            fold, beside, note = _fold(place, hopf, beside, speed_range)
-            rows.append((hopf, fold, note))
+            onset, beside, note = _onset(place, hopf, beside, speed_range)
+            rows.append((hopf, onset, note))
     except KeyboardInterrupt:
         ended = f"interrupted after {len(rows)} of {len(wanted)} values"
     return HuntingMap(
@@ -160,38 +162,36 @@ def hunting_map(
         parameter=parameter,
         value=np.array(wanted[: len(rows)]),
         hopf=tuple(hopf for hopf, _, _ in rows),
-        folds=tuple(fold for _, fold, _ in rows),
+        onsets=tuple(onset for _, onset, _ in rows),
         notes=tuple(note for _, _, note in rows),
         ended=ended,
     )
 
 
-def _fold(
+def _onset(
     place: Place, hopf: CriticalSpeed, beside: Cycle | None, speed_range: tuple[float, float]
-) -> tuple[SpecialPoint | None, Cycle | None, str]:
-    """Return the fold, a stable motion beside it, and why there is none."""
-    if beside is not None:
-        followed = _followed(place, beside, speed_range)
-        if followed is not None:
-            return followed[0], followed[1], ""
-    if hopf.loss != "hunting":
-        return None, None, f"no Hopf point: {hopf}"
-    try:
-        branch = cycle_branch(place.model, start=hopf)
-    except (CycleError, EquilibriumError) as error:
-        return None, None, str(error)
-    lowest = branch.nonlinear_critical_speed
-    if lowest is None:
-        return None, None, f"the branch has no fold; {branch.ended}"
-    fold = next((f for f in branch.folds if f.value == lowest), None)
-    if fold is None:
-        return None, None, "hunting begins gently, at a lower speed than that of any fold"
-    return fold, _beside(branch, fold), ""
+) -> tuple[HuntingOnset | None, Cycle | None, str]:
+    """Return the onset of hunting, a stable motion a little above it, and why there is none."""
+    branches, note = [], f"no Hopf point: {hopf}"
+    if hopf.loss == "hunting":
+        try:
+            branches.append(cycle_branch(place.model, start=hopf))
+            note = f"no stable motion; {branches[0].ended}"
+        except (CycleError, EquilibriumError) as error:
+            note = str(error)
+    followed = None if beside is None else _followed(place, beside, speed_range)
+    if followed is not None:
+        branches.append(followed)
+    found = [(b.onset, b) for b in branches]
+    hunting = [(onset, b) for onset, b in found if onset is not None]
+    if not hunting:
+        return None, None, note
+    onset, branch = min(hunting, key=lambda pair: pair[0].value)
+    return onset, _beside(branch, onset.value), ""
 
 
-def _followed(
-    place: Place, beside: Cycle, speed_range: tuple[float, float]
-) -> tuple[SpecialPoint, Cycle] | None:
+def _followed(place: Place, beside: Cycle, speed_range: tuple[float, float]) -> CycleBranch | None:
+    """Return the branch down from the motion found last, up to its first special point."""
     curvature = checks.curvature(place.radius)
     u = np.zeros(place.model.n_inputs)
     setting = Setting(place.model, "speed", beside.speed, curvature, place.cant, u)
@@ -199,24 +199,19 @@ def _followed(
         run = CycleContinuation.from_cycle(setting, beside, -1, speed_range, _LONGEST_STEP, None)
     except (CycleError, ParameterError):
         return None
-    while len(run.cycles) < _FOLLOWED and not run.special:
-        before = len(run.cycles)
-        branch = run.run(before + 1, progress=False)
-        if len(run.cycles) == before:
-            return None
-    folds = [s for s in run.special if s.kind == "fold"]
-    if not folds or not run.cycles[0].stable:
-        return None
-    return folds[0], _beside(branch, folds[0]) or run.cycles[0]
+    branch = run.run(2, progress=False)
+    while len(run.cycles) < _FOLLOWED and run.ending is None and not run.special:
+        branch = run.run(len(run.cycles) + 1, progress=False)
+    return branch
 
 
-def _beside(branch: CycleBranch, fold: SpecialPoint) -> Cycle | None:
-    """Return a stable motion a little above a fold."""
+def _beside(branch: CycleBranch, onset: float) -> Cycle | None:
+    """Return a stable motion a little above the onset."""
     for off in _OFF:
         near = [
             c
             for c in branch.cycles
-            if c.stable and fold.value * (1.0 + off / 2.0) < c.value < fold.value * (1.0 + 2.0 * off)
+            if c.stable and onset * (1.0 + off / 2.0) < c.value < onset * (1.0 + 2.0 * off)
         ]
         if near:
             return near[0]

@@ -1,14 +1,16 @@
 """The nonlinear critical speed by simulation: slow ramps of speed, and large disturbances.
 
 Polach's two definitions: the speed at which hunting ceases when a hunting vehicle is slowed down,
-and the lowest speed at which the vehicle goes on hunting after a large disturbance.
+and the lowest speed at which the vehicle goes on hunting after a large disturbance. A ramp up tells the
+linear critical speed, as long as something small disturbs the vehicle all the time, as on any track.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,7 +33,11 @@ Array = NDArray[np.float64]
 HUNTING = 1.0
 """Amplitude of the first state, in units of the model's scale (mm), above which a vehicle hunts."""
 
+DISTURBANCE = 0.01
+"""Size of the small kicks during a ramp, in units of the model's scale (10 micrometres)."""
+
 _OUTPUT_STEP = 5e-3  # s
+_SPREAD = 1.0  # s between kicks
 
 
 @dataclass(frozen=True)
@@ -48,6 +54,8 @@ class SpeedRamp:
         Half peak to peak of the state within a window about each time.
     threshold : float
         Amplitude above which the vehicle hunts.
+    disturbance : float
+        Size of the small kicks, in units of the model's scale.
     final_state : ndarray, shape (n_states,)
     """
 
@@ -57,6 +65,7 @@ class SpeedRamp:
     speed: Array
     amplitude: Array
     threshold: float
+    disturbance: float
     final_state: Array
 
     @property
@@ -94,11 +103,16 @@ def speed_ramp(
     state: str | None = None,
     threshold: float | None = None,
     window: float = 1.0,
+    disturbance: float = DISTURBANCE,
+    seed: int = 0,
 ) -> SpeedRamp:
     """Simulate a slow change of speed, up or down.
 
     A ramp lags behind: hunting ceases, or begins, a little after the speed at which it must. The
     lag grows with the rate.
+
+    A vehicle that runs exactly in its equilibrium would stay there, stable or not. So once a second
+    every state is kicked a little, at random; what grows or dies out from there is the vehicle's own.
 
     Parameters
     ----------
@@ -112,35 +126,90 @@ def speed_ramp(
     cycle : Cycle, optional
         A hunting motion to start in.
     initial_state, perturbation
-        As in :func:`railenv.simulate`; the running equilibrium, unperturbed, when all are left out.
+        As in :func:`railenv.simulate`; the running equilibrium when all are left out.
     state : str, optional
         State whose amplitude is judged; the first when left out.
     threshold : float, optional
         Amplitude above which the vehicle hunts; one of the model's scale (1 mm) when left out.
     window : float
         s; longer than a period.
+    disturbance : float
+        Standard deviation of the kicks, in units of the model's scale (mm); 0 for none.
+    seed : int
+        Of the kicks.
     """
     low, high = checks.speed(start, "start"), checks.speed(stop, "stop")
     rate = checks.number("rate", rate, low=0.0, open_low=True, unit="m/s^2")
     name, k, limit = _judged(model, state, threshold)
     if low == high:
         raise ParameterError(f"start and stop are both {low:g} m/s; a ramp needs two speeds")
+    disturbance = checks.number("disturbance", disturbance, low=0.0)
     duration = abs(high - low) / rate
-    response = simulate(
-        model,
-        speed=lambda t: low + (high - low) * np.minimum(t / duration, 1.0),
-        radius=radius,
-        cant=cant,
-        duration=duration,
-        initial_state=initial_state if cycle is None else cycle.states[0],
-        perturbation=perturbation,
-        output_step=_OUTPUT_STEP,
-    )
-    time, states = np.asarray(response.time), np.asarray(response.states)
+
+    def speed(t: Array) -> Array:
+        return np.asarray(low + (high - low) * np.minimum(t / duration, 1.0))
+
+    start_state = initial_state if cycle is None else cycle.states[0]
+    run = _Run(model, speed, duration, radius, cant, disturbance, np.random.default_rng(seed))
+    time, states = run.states(start_state, perturbation)
     size = max(3, round(window / float(time[1] - time[0])))
     spread = maximum_filter1d(states[k], size) - minimum_filter1d(states[k], size)
-    speeds = low + (high - low) * time / duration
-    return SpeedRamp(model.name, name, time, speeds, spread / 2.0, limit, states[:, -1].copy())
+    return SpeedRamp(
+        model.name, name, time, speed(time), spread / 2.0, limit, disturbance, states[:, -1].copy()
+    )
+
+
+@dataclass(frozen=True)
+class _Run:
+    """A run in which the states are kicked at the start and once a second."""
+
+    model: Model
+    speed: Callable[[Array], Array]
+    duration: float
+    radius: float
+    cant: float
+    disturbance: float
+    rng: np.random.Generator
+
+    def states(
+        self, start: ArrayLike | None, perturbation: Mapping[str, float] | None
+    ) -> tuple[Array, Array]:
+        """Return times (s) and states, shape (n_states, n_times)."""
+        count = math.ceil(self.duration / _SPREAD) if self.disturbance else 1
+        ends = np.minimum(np.arange(count + 1) * _SPREAD, self.duration)
+        ends[-1] = self.duration
+        times: list[Array] = [np.zeros(1)]
+        states: list[Array] = []
+        for begin, end in pairwise(ends.tolist()):
+            response = self._part(begin, end, start, self._kicked(perturbation))
+            if not states:
+                states.append(response.states[:, :1])
+            times.append(begin + response.time[1:])
+            states.append(response.states[:, 1:])
+            start, perturbation = response.states[:, -1], None
+        return np.concatenate(times), np.concatenate(states, axis=1)
+
+    def _part(
+        self, begin: float, end: float, start: ArrayLike | None, perturbation: Mapping[str, float]
+    ) -> control.TimeResponseData:
+        return simulate(
+            self.model,
+            speed=lambda t: self.speed(begin + t),
+            radius=self.radius,
+            cant=self.cant,
+            duration=end - begin,
+            initial_state=start,
+            perturbation=perturbation,
+            output_step=_OUTPUT_STEP,
+        )
+
+    def _kicked(self, perturbation: Mapping[str, float] | None) -> dict[str, float]:
+        """Return what is given, and a kick in every state."""
+        kicks = self.disturbance * self.model.scale * self.rng.standard_normal(self.model.n_states)
+        found = dict(zip(self.model.state_names, kicks.tolist(), strict=True))
+        for name, value in checks.mapping("perturbation", perturbation or {}).items():
+            found[name] = found.get(name, 0.0) + checks.number(f"perturbation {name}", value)
+        return found
 
 
 def _judged(model: Model, state: str | None, threshold: float | None) -> tuple[str, int, float]:

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from railenv import checks
 from railenv.models import Model
@@ -52,11 +52,16 @@ class Setting:
     def __post_init__(self) -> None:
         checks.known("parameter", [self.parameter], [*CONDITIONS, *self.model.parameters])
 
-    def conditions(self, value: float) -> tuple[float, float, float]:
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """The parameter, as the only one that varies."""
+        return (self.parameter,)
+
+    def conditions(self, value: ArrayLike) -> tuple[float, float, float]:
         """Return speed, curvature and cant where the parameter has a value."""
         held = {"speed": self.speed, "curvature": self.curvature, "cant": self.cant}
         if self.parameter in held:
-            held[self.parameter] = value
+            held[self.parameter] = float(np.asarray(value).item())
         return held["speed"], held["curvature"], held["cant"]
 
     def unit_at(self, value: float) -> float:
@@ -72,7 +77,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Shot:
-    """One period: states (rows), and derivatives of the last by the first, the period and the value."""
+    """One period: states (rows), and derivatives of the last by the first, the period, the values."""
 
     states: Array
     derivatives: Array
@@ -84,6 +89,7 @@ class Shooting:
     Parameters
     ----------
     setting : Setting
+        Says what varies; ``value`` below is one number for each of its ``parameters``.
     steps : int
         Runge-Kutta steps of one period.
     """
@@ -100,41 +106,62 @@ class Shooting:
         self._w[layout.u : layout.c] = setting.inputs
         self._cells = _columns(self._kernels.CELLS)
         self._entries = _by_state(self._kernels.CELLS, self.n)
+        self._parameter_cells = _columns(self._kernels.PARAMETER_CELLS)
         self._parameter_entries = _by_state(self._kernels.PARAMETER_CELLS, self.n)
-        self._directions = np.zeros((model.n_inputs + 3, 1))
-        self._parameter_directions = np.zeros((len(model.parameters), 1))
-        self._own = setting.parameter not in CONDITIONS
-        if self._own:
-            self._index = list(model.parameters).index(setting.parameter)
-            self._parameter_directions[self._index] = 1.0
-        else:
-            self._directions[model.n_inputs + CONDITIONS.index(setting.parameter)] = 1.0
+        names, count = list(model.parameters), len(setting.parameters)
+        self._directions = np.zeros((model.n_inputs + 3, count))
+        self._parameter_directions = np.zeros((len(names), count))
+        own = [(k, names.index(p)) for k, p in enumerate(setting.parameters) if p in names]
+        self._own = [k for k, _ in own]  # which of those that vary are the model's own
+        self._index = [index for _, index in own]
+        self._parameter_directions[self._index, self._own] = 1.0
+        for k, name in enumerate(setting.parameters):
+            if name in CONDITIONS:
+                self._directions[model.n_inputs + CONDITIONS.index(name), k] = 1.0
         self.steps = steps
 
-    def _set(self, x: Array, value: float) -> None:
+    def _set(self, x: Array, value: ArrayLike) -> None:
         self._w[: self.n] = x
         self._w[self._layout.c : self._layout.p] = self.setting.conditions(value)
-        if self._own:
-            self._w[self._layout.p + self._index] = value
+        values = np.atleast_1d(value)
+        for k, index in zip(self._own, self._index, strict=True):
+            self._w[self._layout.p + index] = values[k]
 
-    def slope(self, x: Array, value: float) -> Array:
+    def slope(self, x: Array, value: ArrayLike) -> Array:
         """Return the time derivatives of a state."""
         self._set(x, value)
         self._kernels.rhs(self._w, self._t)
         return self._w[self._layout.dx : self._layout.work].copy()
 
-    def fastest(self, x: Array, value: float) -> float:
-        """Return the largest magnitude (1/s) of the eigenvalues at a state."""
+    def jacobian(self, x: Array, value: ArrayLike) -> Array:
+        """Return the derivatives of the time derivatives with respect to the state."""
         self._set(x, value)
         full = np.zeros((self.n, self.n + len(self._directions)))
         self._kernels.dense_jacobian(self._w, self._t, *self._cells, full)
-        return float(np.abs(np.linalg.eigvals(full[:, : self.n])).max())
+        return full[:, : self.n]
 
-    def shoot(self, x: Array, period: float, value: float) -> Shot:
+    def fastest(self, x: Array, value: ArrayLike) -> float:
+        """Return the largest magnitude (1/s) of the eigenvalues at a state."""
+        return float(np.abs(np.linalg.eigvals(self.jacobian(x, value))).max())
+
+    def linear(self, x: Array, value: ArrayLike) -> Array:
+        """Return the derivatives of the time derivatives with respect to the state and the values."""
+        self._set(x, value)
+        n = self.n
+        full = np.zeros((n, n + len(self._directions)))
+        self._kernels.dense_jacobian(self._w, self._t, *self._cells, full)
+        by_value = full[:, n:] @ self._directions
+        if self._own:
+            of_own = np.zeros((n, len(self._parameter_directions)))
+            self._kernels.dense_parameter_jacobian(self._w, self._t, *self._parameter_cells, of_own)
+            by_value += of_own @ self._parameter_directions
+        return np.hstack([full[:, :n], by_value])
+
+    def shoot(self, x: Array, period: float, value: ArrayLike) -> Shot:
         """Integrate one period with its derivatives."""
         self._set(x, value)
         mesh = np.linspace(0.0, 1.0, self.steps + 1)
-        width, block = self.n + 2, self._kernels.BLOCK
+        width, block = self.n + 1 + self._directions.shape[1], self._kernels.BLOCK
         blocks = np.empty((math.ceil(width / block), self.n, block))
         states = np.empty((self.steps + 1, self.n))
         if self._own:
@@ -157,7 +184,7 @@ class Shooting:
         derivatives = blocks.transpose(1, 0, 2).reshape(self.n, -1)[:, :width]
         return Shot(states, np.ascontiguousarray(derivatives))
 
-    def end(self, x: Array, period: float, value: float) -> Array:
+    def end(self, x: Array, period: float, value: ArrayLike) -> Array:
         """Return the state after one period, without derivatives: a twentieth of the time."""
         self._set(x, value)
         self._kernels.rk4_hold(self._w, self._t, period / self.steps, self.steps)
@@ -195,7 +222,23 @@ def _by_state(cells: tuple[tuple[int, int], ...], n: int) -> tuple[NDArray[np.in
     return starts.astype(np.int64), splits.astype(np.int64), columns[order], order.astype(np.int64)
 
 
-def steps_for(shooting: Shooting, x: Array, period: float, value: float) -> int:
+def steps_for(shooting: Shooting, x: Array, period: float, value: ArrayLike) -> int:
     """Return the number of Runge-Kutta steps that a period needs about a state."""
     stable = period * shooting.fastest(x, value) / STEP_PER_MODE
     return max(STEPS_PER_PERIOD, math.ceil(stable))
+
+
+def swings_of(states: Array, scale: Array) -> int:
+    """Return how often the state that swings farthest does so in a period: 2 after a doubling."""
+    spread = np.ptp(states, axis=0) / scale
+    signal = states[:-1, int(np.argmax(spread))]
+    above = signal > (signal.max() + signal.min()) / 2.0
+    return max(1, int(np.count_nonzero(above & ~np.roll(above, 1))))
+
+
+def displacement(model: Model, amplitudes: Array) -> float:
+    """Return the largest displacement of amplitudes, in units of the model's scale.
+
+    Displacements are the first half of the states.
+    """
+    return float(np.max((amplitudes / model.scale)[: max(model.n_states // 2, 1)]))

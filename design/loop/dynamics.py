@@ -12,6 +12,7 @@ from railenv.equilibrium import Point
 from railenv.errors import ParameterError
 from railenv.models import Model
 
+Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Conditions = tuple[float, float, float]
 """Speed (m/s), curvature (1/m), cant (rad)."""
@@ -23,6 +24,9 @@ class Dynamics(Protocol):
     @property
     def period(self) -> float | None:
         """Control period, s; None for a vehicle alone."""
+
+    def matrix_at(self, point: Point, conditions: Conditions) -> Array:
+        """Return the matrix of the linear system: of its rates, or of its map over a period."""
 
     def eigenvalues(self, point: Point, conditions: Conditions) -> Complex:
         """Return the eigenvalues, 1/s."""
@@ -36,13 +40,17 @@ class OpenLoop:
 
     period: float | None = None
 
+    def matrix_at(self, point: Point, conditions: Conditions) -> Array:
+        """Return the vehicle's Jacobian with respect to its states."""
+        return point.jacobian[:, : len(point.state)]
+
     def eigenvalues(self, point: Point, conditions: Conditions) -> Complex:
         """Return the eigenvalues of the vehicle's Jacobian, 1/s."""
-        return np.linalg.eigvals(point.jacobian[:, : len(point.state)]).astype(complex)
+        return np.linalg.eigvals(self.matrix_at(point, conditions)).astype(complex)
 
     def modes(self, point: Point, conditions: Conditions) -> tuple[Complex, Complex]:
         """Return the eigenvalues (1/s) and eigenvectors of the vehicle's Jacobian."""
-        values, vectors = np.linalg.eig(point.jacobian[:, : len(point.state)])
+        values, vectors = np.linalg.eig(self.matrix_at(point, conditions))
         return values.astype(complex), vectors.astype(complex)
 
 

@@ -443,15 +443,16 @@ class SampledDynamics:
 
     def modes(self, point: Point, conditions: tuple[float, float, float]) -> tuple[Complex, Complex]:
         """Return eigenvalues (1/s) and eigenvectors of the closed loop at a point of a branch."""
-        multipliers, vectors = np.linalg.eig(self._matrix_at(point, conditions))
+        multipliers, vectors = np.linalg.eig(self.matrix_at(point, conditions))
         return continuous(multipliers, self.period), vectors
 
     def eigenvalues(self, point: Point, conditions: tuple[float, float, float]) -> Complex:
         """Return the eigenvalues (1/s) of the closed loop at a point of a branch."""
-        multipliers = np.linalg.eigvals(self._matrix_at(point, conditions)).astype(complex)
+        multipliers = np.linalg.eigvals(self.matrix_at(point, conditions)).astype(complex)
         return continuous(multipliers, self.period)
 
-    def _matrix_at(self, point: Point, conditions: tuple[float, float, float]) -> Array:
+    def matrix_at(self, point: Point, conditions: tuple[float, float, float]) -> Array:
+        """Return the map's matrix at a point of a branch of the vehicle's equilibria."""
         return self.matrix(*self.equilibrium(point.state, *conditions), conditions)
 
 

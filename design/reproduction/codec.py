@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from design.cycles.cycle import Cycle, CycleBranch, SpecialPoint
 from design.cycles.diagram import SimulatedDiagram
 from design.cycles.hunting_map import HuntingMap
+from design.cycles.onset import HuntingOnset
 from design.cycles.shooting import Setting
 from design.cycles.spectrum import Spectrum
 from design.stability.loss import CriticalSpeed
@@ -42,6 +43,7 @@ _RECORDS: dict[str, type[Any]] = {
         Cycle,
         CycleBranch,
         HuntingMap,
+        HuntingOnset,
         Material,
         Profile,
         Setting,

@@ -194,11 +194,10 @@ def branch(
 def chart(
     model: VehicleModel, parameter: str, values: Sequence[float], radius: float, cant: float
 ) -> HuntingMap:
-    """Follow Hopf point and fold over a parameter."""
+    """Find linear and nonlinear critical speeds over a parameter."""
     found = hunting_map(model, parameter, values, radius=radius, cant=cant)
     _whole(found.ended)
-    thin = tuple(f and dataclasses.replace(f, cycle=_thin(f.cycle)) for f in found.folds)
-    return dataclasses.replace(found, folds=thin)
+    return found
 
 
 def _from_rest(

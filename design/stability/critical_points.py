@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
-from typing import Literal, Protocol
+from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize
 
+from design.stability.crossings import Step, followed, located, matched, upper
 from design.stability.modes import Modes
+from design.stability.samples import Sample, samples_of
+from railenv.equilibrium import Stuck
+from railenv.errors import EquilibriumError
 
-_MARGINAL = 1e-9  # growth rates below this fraction of the largest eigenvalue are rounding error
-_ROOT = 1e-9  # of a step between values
-_PEAK = 1e-3  # of a step, how close the top of a peak is looked for
-_BEYOND = 3.0  # a peak between values is looked at if it may be this much higher than it is seen to be
+Complex = NDArray[np.complex128]
+
+_MARGINAL = 1e-9  # imaginary parts below this fraction of the largest eigenvalue are rounding error
+_TINY_STEP = 1e-4  # of a step between values, over which eigenvalues are differentiated
 
 
 class Family(Protocol):
@@ -76,10 +78,10 @@ class CriticalPoint:
 def find_critical_points(
     family: Family, values: NDArray[np.float64], modes: Sequence[Modes]
 ) -> tuple[CriticalPoint, ...]:
-    """Locate the losses and gains of stability between values, by Brent's method.
+    """Locate the losses and gains of stability between values.
 
-    Where the growth rate peaks or dips between values without a change of sign that they show, the
-    extremum is looked at too.
+    Every mode is followed from value to value, and steps in which one may have crossed the axis unseen
+    are halved (:mod:`design.stability.crossings`).
 
     Parameters
     ----------
@@ -87,65 +89,102 @@ def find_critical_points(
     values : ndarray
         Increasing.
     modes : sequence of Modes
-        At each value.
+        At each value, each in the order of the one before.
     """
-
-    def rate(value: float) -> float:
-        return _rate(family.modes(float(value)))
-
-    rates = [_rate(m) for m in modes]
-    seen = sorted([*zip(values.tolist(), rates, strict=True), *_extrema(rate, values, rates)])
-    found = []
-    for (a, rate_a), (b, rate_b) in pairwise(seen):
-        if (rate_a > 0.0) == (rate_b > 0.0):
-            continue
-        if rate_a == 0.0 or rate_b == 0.0:
-            root = a if rate_a == 0.0 else b
-        else:
-            root = float(optimize.brentq(rate, a, b, xtol=_ROOT * (b - a)))
-        found.append(_point(family, root, rate_b > 0.0))
+    line = _ValueLine(family, float(values[-1] - values[0]))
+    found: list[CriticalPoint] = []
+    try:
+        for step in followed(line, [line.given(values, modes)]):
+            found += _changes(line, step)
+    except Stuck as end:
+        raise (end.__cause__ or end) from None
     return tuple(found)
 
 
-def _rate(modes: Modes) -> float:
-    """Return the growth rate (1/s), 0 where it is within rounding of that."""
-    growth = modes.growth
-    return 0.0 if abs(growth) < _MARGINAL * float(np.abs(modes.eigenvalues).max()) else growth
+def _changes(line: _ValueLine, step: Step) -> Iterator[CriticalPoint]:
+    """Yield where the last unstable mode becomes stable within a step, and the first one unstable."""
+    unstable = len(upper(step, step.a.unstable))
+    at = [(*located(line, step, k), bool(step.a.unstable[k])) for k in upper(step, step.crossing)]
+    for sample, k, gained in sorted(at, key=lambda crossing: crossing[0].point):
+        unstable += -1 if gained else 1
+        if unstable == (0 if gained else 1):
+            yield _point(line.family, sample, k, "gained" if gained else "lost")
 
 
-def _extrema(
-    rate: Callable[[float], float], values: NDArray[np.float64], rates: list[float]
-) -> Iterator[tuple[float, float]]:
-    """Yield peaks of the growth rate above zero between stable values, and dips between unstable."""
-    for k in range(1, len(rates) - 1):
-        left, middle, right = rates[k - 1 : k + 2]
-        sign = 1.0 if middle <= 0.0 else -1.0
-        height = sign * middle
-        lower, higher = sorted((sign * left, sign * right))
-        if height <= higher or height + _BEYOND * (height - lower) <= 0.0:
-            continue
-        for a, b in pairwise(values[k - 1 : k + 2].tolist()):
+class _Found(NamedTuple):
+    """Modes at a value, as multipliers in discrete time, and the rates at which they change."""
 
-            def depth(v: float, sign: float = sign) -> float:
-                return -sign * rate(v)
+    values: Complex
+    rates: Complex
+    modes: Modes
 
-            best = optimize.minimize_scalar(
-                depth, bounds=(a, b), method="bounded", options={"xatol": _PEAK * (b - a)}
-            )
-            if best.fun < 0.0:
-                yield float(best.x), -sign * float(best.fun)
+    def vector(self, k: int) -> Complex:
+        """Return the eigenvector of a mode."""
+        return self.modes.vectors[:, k]
 
 
-def _point(family: Family, value: float, lost: bool) -> CriticalPoint:
-    modes = family.modes(value)
-    k = modes.least_damped
-    eigenvalue = complex(modes.eigenvalues[k])
-    oscillates = eigenvalue.imag > _MARGINAL * float(np.abs(modes.eigenvalues).max())
+@dataclass(frozen=True)
+class _ValueLine:
+    """A family over its parameter; the arclength is the parameter itself."""
+
+    family: Family
+    span: float
+
+    @property
+    def period(self) -> float | None:
+        return self.family.period
+
+    def given(self, values: NDArray[np.float64], modes: Sequence[Modes]) -> list[Sample]:
+        """Return samples at values whose modes are known; the rates are those of differences."""
+        eigenvalues = np.array([self._eigenvalues(m) for m in modes])
+        edge: Literal[1, 2] = 2 if len(values) > 2 else 1
+        rates = np.gradient(eigenvalues, values, axis=0, edge_order=edge)
+        return self._samples(values.tolist(), [*map(_Found, eigenvalues, rates, modes)])
+
+    def between(self, a: Sample, b: Sample, fraction: float) -> Sample:
+        way = float(b.point - a.point)
+        value, beyond = (a.point + share * way for share in (fraction, fraction + _TINY_STEP))
+        try:
+            modes, near = self.family.modes(value), self.family.modes(beyond)
+        except EquilibriumError as error:
+            raise Stuck from error
+        here, there = self._eigenvalues(modes), self._eigenvalues(near)
+        (order,) = matched(here[None], there[None])
+        rates = (there[order] - here) / (_TINY_STEP * way)
+        return self._samples([value], [_Found(here, rates, modes)])[0]
+
+    def paces(self, a: Sample, b: Sample) -> tuple[float, float]:
+        return (float(b.point - a.point),) * 2
+
+    def reach(self, sample: Sample) -> float:
+        return 1.0 / self.span
+
+    def gap(self, a: Sample, b: Sample) -> float:
+        return abs(float(b.point - a.point)) / self.span
+
+    def _eigenvalues(self, modes: Modes) -> Complex:
+        """Return eigenvalues; in discrete time, where their phases wrap, the multipliers."""
+        return modes.eigenvalues if self.period is None else np.exp(modes.eigenvalues * self.period)
+
+    def _samples(self, values: list[float], found: list[_Found]) -> list[Sample]:
+        sizes = np.array([float(np.abs(each.values).max()) for each in found])
+        return samples_of(values, found, self.period, sizes)
+
+
+def _point(
+    family: Family, sample: Sample, k: int, stability: Literal["lost", "gained"]
+) -> CriticalPoint:
+    spectrum = sample.spectrum
+    assert isinstance(spectrum, _Found)
+    eigenvalue, vector = complex(spectrum.modes.eigenvalues[k]), spectrum.vector(k)
+    if eigenvalue.imag < 0.0:
+        eigenvalue, vector = eigenvalue.conjugate(), vector.conj()
+    oscillates = eigenvalue.imag > _MARGINAL * float(np.abs(spectrum.modes.eigenvalues).max())
     return CriticalPoint(
         parameter=family.parameter,
-        value=value,
-        stability="lost" if lost else "gained",
+        value=float(sample.point),
+        stability=stability,
         eigenvalue=eigenvalue,
         frequency=eigenvalue.imag / (2.0 * math.pi) if oscillates else 0.0,
-        vector=modes.vectors[:, k],
+        vector=vector,
     )

@@ -109,8 +109,8 @@ class Locus(PoleZeroData):
     def critical_points(self) -> tuple[CriticalPoint, ...]:
         """Where stability is lost or gained as the parameter grows.
 
-        Located by root finding between the values. A range of stability or instability that lies
-        between two values is found only if the growth rate shows a peak or a dip there.
+        Located between the values, where every mode is followed as by :func:`design.critical_speed`:
+        steps in which one may cross the axis unseen are halved.
         """
         return find_critical_points(self._family, self.values, self._followed)
 

@@ -47,8 +47,15 @@ class CriticalSpeed:
         of its eigenvectors.
     multiplicity : int
         Number of eigenvalues equal to the critical one; 2 for the dual wheelset, else usually 1.
+    growth_slope : float or None
+        How fast the growth rate of the critical mode changes with the speed, 1/s per m/s: positive
+        where its stability is lost, negative where it is gained. None unless it crosses the axis.
+    unstable : int
+        Number of other eigenvalues that are unstable there.
     speed_range : (float, float)
         Range searched, m/s.
+    sampled : ndarray
+        Speeds at which eigenvalues were looked at, m/s, increasing.
     radius, cant : float
         m (``math.inf`` on tangent track), rad.
     model_name : str
@@ -67,7 +74,10 @@ class CriticalSpeed:
     eigenvalue: complex | None
     mode: NDArray[np.complex128] | None
     multiplicity: int
+    growth_slope: float | None
+    unstable: int
     speed_range: tuple[float, float]
+    sampled: NDArray[np.float64] = field(repr=False, compare=False)
     radius: float
     cant: float
     model_name: str
@@ -98,6 +108,11 @@ class CriticalSpeed:
         return None if self.hopf is None else self.hopf.criticality
 
     @property
+    def largest_step(self) -> float:
+        """Largest step between neighbouring sampled speeds, as a fraction of the lower one."""
+        return float(np.max(self.sampled[1:] / self.sampled[:-1], initial=1.0)) - 1.0
+
+    @property
     def wavelength(self) -> float | None:
         """Length of track (m) covered in one period of hunting."""
         if self.speed is None or self.frequency is None:
@@ -118,7 +133,11 @@ class CriticalSpeed:
             "wavelength": self.wavelength,
             "mode": None if self.mode_shape is None else self.mode_shape.name,
             "multiplicity": self.multiplicity,
+            "growth_slope": self.growth_slope,
+            "unstable": self.unstable,
             "speed_range": list(self.speed_range),
+            "sampled_speeds": len(self.sampled),
+            "largest_step": self.largest_step,
             "radius": None if math.isinf(self.radius) else self.radius,
             "cant": self.cant,
             "equilibrium": named,
@@ -140,7 +159,8 @@ class CriticalSpeed:
         """Say what is found, with a name for the loss."""
         low, high = self.speed_range
         if self.loss == "none":
-            return f"stable from {low:g} to {high:g} m/s"
+            looked = f"seen at {len(self.sampled)} speeds, at most {self.largest_step:.1%} apart"
+            return f"stable from {low:g} to {high:g} m/s ({looked})"
         if self.speed is None:
             return f"unstable already at {low:g} m/s"
         if self.loss == "fold":
@@ -148,7 +168,9 @@ class CriticalSpeed:
         if self.loss == "end":
             return f"the running equilibrium ends at {self.speed:.4f} m/s, as where a wheel lifts"
         at = f" at {self.frequency:.4f} Hz" if self.frequency is not None else ""
-        return f"{loss} from {self.speed:.4f} m/s{at}"
+        way = "up to" if self.growth_slope is not None and self.growth_slope < 0.0 else "from"
+        beside = ", where others are unstable" if self.unstable else ""
+        return f"{loss} {way} {self.speed:.4f} m/s{at}{beside}"
 
     @cached_property
     def mode_shape(self) -> ModeShape | None:

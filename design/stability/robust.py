@@ -115,6 +115,7 @@ def robust_critical_speed(
     cant: float = 0.0,
     speed_range: tuple[float, float] = (LOWEST_SPEED, 400.0),
     period: float | None = None,
+    longest_step: float | None = None,
     samples: int = 32,
     seed: int = 0,
     progress: bool = False,
@@ -136,6 +137,8 @@ def robust_critical_speed(
         The loop has to be stable from the lowest speed on, m/s.
     period : float, optional
         Control period, s; the controller's own, or 0.005 s.
+    longest_step : float, optional
+        Longest step between sampled speeds, as in :func:`design.critical_speed`.
     samples : int
         Vehicles to start from, beside the corners and the middle of the box.
     seed : int
@@ -154,7 +157,8 @@ def robust_critical_speed(
     ParameterError
         If a range is empty or a value in it is not allowed.
     """
-    search = _Search(model, controller, _checked(model, box), radius, cant, speed_range, period)
+    ranges = _checked(model, box)
+    search = _Search(model, controller, ranges, radius, cant, speed_range, period, longest_step)
     points = search.starts(samples, seed)
     with one_blas_thread():
         for point in tracked(points, f"robust critical speed, {model.name}", progress):
@@ -187,6 +191,7 @@ class _Search:
     cant: float
     speed_range: tuple[float, float]
     period: float | None
+    longest_step: float | None
 
     def __post_init__(self) -> None:
         self.found: list[tuple[Array, float]] = []
@@ -239,6 +244,7 @@ class _Search:
                 speed_range=(low, max(below, 1.001 * low)),
                 controller=self.controller,
                 period=self.period,
+                longest_step=self.longest_step,
             )
             speed = below if result.loss == "none" else (result.speed or 0.0)
         except EquilibriumError:

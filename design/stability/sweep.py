@@ -69,6 +69,7 @@ def curve_sweep(
     *,
     cant: float = 0.0,
     speed_range: tuple[float, float] = SPEED_RANGE,
+    longest_step: float | None = None,
     progress: bool = False,
 ) -> CurveSweep:
     """Find the critical speed on curves of several radii.
@@ -82,6 +83,8 @@ def curve_sweep(
         Cant angle on all of them, rad.
     speed_range : (float, float)
         Lowest and highest speed searched, m/s.
+    longest_step : float, optional
+        Longest step between sampled speeds, as in :func:`design.critical_speed`.
     progress : bool
         Show a progress bar.
 
@@ -92,5 +95,8 @@ def curve_sweep(
     """
     values = checks.numbers("radii", radii)
     todo = tracked(values.tolist(), f"critical speed, {model.name}", progress)
-    results = [critical_speed(model, radius=r, cant=cant, speed_range=speed_range) for r in todo]
+    results = [
+        critical_speed(model, radius=r, cant=cant, speed_range=speed_range, longest_step=longest_step)
+        for r in todo
+    ]
     return CurveSweep(model.name, cant, values, tuple(results))

@@ -54,6 +54,8 @@ class CellFunction:
     controller : array_like, control.StateSpace or Feedback, optional
     period : float, optional
         s.
+    longest_step : float, optional
+        Between sampled speeds, as :func:`design.critical_speed` takes it.
     """
 
     place: Place
@@ -63,6 +65,7 @@ class CellFunction:
     speed_range: tuple[float, float]
     controller: Any | None
     period: float | None
+    longest_step: float | None = None
 
     def __call__(self, cells: Sequence[Cell]) -> list[Record]:
         """Return the records of some cells."""
@@ -99,6 +102,7 @@ class CellFunction:
                 speed_range=self.speed_range,
                 controller=controller,
                 period=period,
+                longest_step=self.longest_step,
             )
         except (EquilibriumError, np.linalg.LinAlgError) as error:
             return {"loss": "", "critical_speed": None, "frequency": None, "note": _reason(error)}
@@ -171,6 +175,7 @@ class CellFunction:
             "cant": self.place.cant,
             "speed": self.speed,
             "speed_range": list(self.speed_range),
+            "longest_step": self.longest_step,
             "model": model_settings(self.place.model),
             "controller": None if feedback is None else _probed(feedback, self.place.model),
         }

@@ -196,6 +196,7 @@ def stability_map(
     speed_range: tuple[float, float] = SPEED_RANGE,
     controller: Any | None = None,
     period: float | None = None,
+    longest_step: float | None = None,
     store: str | Path | None = None,
     n_jobs: int | None = -1,
     progress: bool = False,
@@ -226,6 +227,9 @@ def stability_map(
         for all cells.
     period : float, optional
         Control period, s; the controller's own, or 0.005 s.
+    longest_step : float, optional
+        Longest step between the speeds at which a search for a critical speed looks, as in
+        :func:`design.critical_speed`.
     store : path, optional
         File that finished cells are appended to. A later call with the same arguments continues it.
     n_jobs : int or None
@@ -263,6 +267,7 @@ def stability_map(
         checks.speeds(speed_range),
         controller,
         period,
+        longest_step,
     )
     _check_values(function, chosen)
     model.kernels()  # compiled and cached before the workers ask for them, all at once

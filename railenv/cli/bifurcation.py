@@ -1,4 +1,4 @@
-"""``railenv bifurcation``: branches of limit cycles, and maps of where hunting occurs."""
+"""``railenv bifurcation``: branches of limit cycles, curves over two parameters, maps of hunting."""
 
 from __future__ import annotations
 
@@ -24,6 +24,8 @@ from railenv.errors import ParameterError
 from railenv.models import Model
 
 _ROWS = 20
+_PASSAGES = 11  # values of a parameter at which curves are told
+_RANGE = 0.3, 2.0  # of the Hopf point's speed, in which curves are followed
 _BELOW = 0.97  # of the lowest speed of the branch, from which is simulated
 
 
@@ -39,9 +41,24 @@ def bifurcation(
         float | None, typer.Option(help="Highest speed, m/s; 1.2 times the Hopf point's if left out.")
     ] = None,
     points: Annotated[int, typer.Option(min=2, help="Most points of the branch.")] = 150,
+    every: Annotated[
+        bool,
+        typer.Option(
+            "--all", help="Every branch: of all Hopf points, those that leave others, isolated ones."
+        ),
+    ] = False,
     chart: Annotated[
         str | None,
-        typer.Option("--map", help="Hopf points and folds over a parameter, as conicity=0.03:0.1:8."),
+        typer.Option(
+            "--map",
+            help="Linear and nonlinear critical speeds over a parameter, as conicity=0.03:0.1:8.",
+        ),
+    ] = None,
+    curve_over: Annotated[
+        str | None,
+        typer.Option(
+            "--curve", help="Curves of Hopf points and folds over a parameter, as conicity=0.03:0.2."
+        ),
     ] = None,
     simulated: Annotated[
         int,
@@ -52,10 +69,18 @@ def bifurcation(
     plot: PlotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Follow the limit cycles from the Hopf point through their fold; or map where hunting occurs."""
+    """Follow the limit cycles from the Hopf point through their fold, or all; or map where it hunts."""
     built = model_of(plant, changes)
     show = not as_json and err.is_terminal
-    if chart is not None:
+    if every and (chart is not None or curve_over is not None or simulated):
+        raise ParameterError("--all goes with neither --map, --curve nor --simulated")
+    if curve_over is not None and (chart is not None or simulated):
+        raise ParameterError("--curve goes with neither --map nor --simulated")
+    if every:
+        found = diagram(built, curve.radius, curve.cant, (lowest, highest), points, state, show)
+    elif curve_over is not None:
+        found = curves(built, curve_over, curve.radius, curve.cant, (lowest, highest), show)
+    elif chart is not None:
         found = hunting_map(built, chart, curve.radius, curve.cant, show)
     else:
         found = branch(
@@ -108,18 +133,103 @@ def branch(
     return Found(summary, shown, draw)
 
 
+def diagram(
+    model: Model,
+    radius: float,
+    cant: float,
+    speeds: tuple[float | None, float | None],
+    points: int,
+    state: str | None,
+    progress: bool,
+) -> Found:
+    """Find all branches over a range of speed."""
+    import design
+    from design.cycles.branch import ABOVE_HOPF
+    from design.stability.critical_speed import SPEED_RANGE
+
+    low = SPEED_RANGE[0] if speeds[0] is None else speeds[0]
+    high = speeds[1]
+    if high is None:
+        hopf = design.critical_speed(model, radius=radius, cant=cant)
+        high = ABOVE_HOPF * (hopf.speed or SPEED_RANGE[1])
+    found = design.bifurcation_diagram(
+        model,
+        radius=radius,
+        cant=cant,
+        speed_range=(low, high),
+        points=points,
+        progress=progress,
+    )
+    return Found(found.summary(), str(found).splitlines(), lambda: found.plot(state))
+
+
+def curves(
+    model: Model,
+    text: str,
+    radius: float,
+    cant: float,
+    speeds: tuple[float | None, float | None],
+    progress: bool,
+) -> Found:
+    """Follow Hopf points, and folds of limit cycles, over a parameter given as name=low:high."""
+    import design
+
+    name, limits = _interval(text)
+    hopf = design.critical_speed(model, radius=radius, cant=cant)
+    speed = hopf.speed or 0.0
+    low, high = (
+        given if given is not None else part * speed for given, part in zip(speeds, _RANGE, strict=True)
+    )
+    plane = {name: limits, "speed": (low, high)}
+    found = [design.bifurcation_curve(model, hopf, plane, progress=progress)]
+    branch = design.cycle_branch(model, start=hopf, parameter_range=(low, high), progress=progress)
+    if branch.folds:
+        lowest = min(branch.folds, key=lambda fold: fold.value)
+        found.append(design.bifurcation_curve(model, lowest, plane, progress=progress))
+    table = Table(title=f"{model.name}: speeds in m/s", box=box.SIMPLE)
+    for title in (name, *(c.kind for c in found)):
+        table.add_column(title, justify="right")
+    for value in np.linspace(*limits, _PASSAGES):
+        passages = [", ".join(f"{v:.3f}" for v in sorted(c.at(name, value))) or "none" for c in found]
+        table.add_row(f"{value:.5g}", *passages)
+    shown: list[Any] = [f"{model.name}: {hopf}", table]
+    for c in found:
+        shown += [f"{c.kind}: {s}" for s in c.special]
+        shown.append(f"{c.kind} ended: {'; '.join(dict.fromkeys(c.ended))}")
+
+    def draw() -> Any:
+        drawn = found[0].plot()
+        for c in found[1:]:
+            drawn = c.plot(ax=np.ravel(drawn.axes)[0])
+        return drawn
+
+    return Found({"curves": [c.summary() for c in found]}, shown, draw)
+
+
+def _interval(text: str) -> tuple[str, tuple[float, float]]:
+    name, equals, limits = text.partition("=")
+    try:
+        low, high = (float(part) for part in limits.split(":"))
+    except ValueError:
+        equals = ""
+    if not equals:
+        raise ParameterError(f"--curve is {text!r}; it must be name=low:high, as conicity=0.03:0.2")
+    return name.strip(), (low, high)
+
+
 def hunting_map(model: Model, text: str, radius: float, cant: float, progress: bool) -> Found:
-    """Follow Hopf point and fold over a parameter given as name=low:high:count."""
+    """Find both critical speeds over a parameter given as name=low:high:count."""
     import design
 
     name, values = _grid(text)
     found = design.hunting_map(model, name, values, radius=radius, cant=cant, progress=progress)
     table = Table(title=f"{model.name}: speeds in m/s", box=box.SIMPLE)
-    for title in (name, "never hunts below (fold)", "must hunt above (Hopf)", ""):
+    for title in (name, "never hunts below", "resting on", "must hunt above (Hopf)", ""):
         table.add_column(title, justify="right")
-    rows = zip(found.value, found.fold_speed, found.hopf_speed, found.notes, strict=True)
-    for value, fold, hopf, note in rows:
-        table.add_row(f"{value:.5g}", _speed(fold), _speed(hopf), note)
+    rows = zip(found.value, found.onset_speed, found.onsets, found.hopf_speed, found.notes, strict=True)
+    for value, speed, onset, hopf, note in rows:
+        rests_on = "" if onset is None else onset.rests_on
+        table.add_row(f"{value:.5g}", _speed(speed), rests_on, _speed(hopf), note)
     return Found(found.summary(), [table, *([found.ended] if found.ended else [])], found.plot)
 
 

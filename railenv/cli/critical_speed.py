@@ -29,6 +29,13 @@ def critical_speed(
     curve: CurveOptions,
     lowest: Annotated[float, typer.Option(help="Lowest speed searched, m/s.")] = 3.0,
     highest: Annotated[float, typer.Option(help="Highest speed searched, m/s.")] = 400.0,
+    longest_step: Annotated[
+        float | None,
+        typer.Option(
+            help="Longest step between sampled speeds, of their logarithm; 0.15 if not given, or 0.06 "
+            "with a controller."
+        ),
+    ] = None,
     control: ControlOptions,
     changes: SetOption = None,
     plot: PlotOption = None,
@@ -48,6 +55,7 @@ def critical_speed(
         cant=curve.cant,
         speed_range=(lowest, highest),
         controller=loop.controller,
+        longest_step=longest_step,
     )
     if as_json:
         print_json({"model": found.model_name, **found.summary()})

@@ -9,6 +9,15 @@ from railenv.vehicles.guided import Guided
 CONTACT_ANGLE = "contact angle"
 """The setting ``nadal_limit`` that takes the limit from the flange."""
 
+DERAILED = (
+    "",
+    "Nadal: Y/Q above its limit over 2 m",
+    "wheel lift over 2 m",
+    "lateral displacement above 30 mm",
+    "flange climbed onto the rail",
+)
+"""Why an episode ended in a derailment, by the number ``derailed`` of its info; 0 is no derailment."""
+
 _NEVER = 1e300
 
 

@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 import copy
+import math
 from typing import Any, ClassVar
 
 import gymnasium as gym
 import numpy as np
 from gymnasium import spaces
+from gymnasium.envs.registration import EnvSpec
 from numpy.typing import NDArray
 
-from railenv.envs.fleet import BOUND, REASONS, Fleet, broadcast_options
+from railenv.envs import infos
+from railenv.envs.fleet import BOUND, Fleet, broadcast_options
+from railenv.envs.infos import TERM_NAMES
+from railenv.envs.limits import time_limit
 from railenv.envs.metrics import episode_metrics
 from railenv.envs.settings import Plant, Settings, settings
-from railenv.envs.showing import Recorder
+from railenv.envs.showing import Recorder, film_rate
+from railenv.envs.specs import described
 from railenv.errors import ParameterError, shown
 
-TERM_NAMES = ("hunting", "excursion", "ride", "effort", "derailment")
-"""Terms of the reward in ``info``, each between 0 and 1."""
+_FEW = 16
 
 
 def action_space(fleet: Fleet) -> spaces.Space[Any]:
@@ -39,7 +44,11 @@ def numbers_of(actions: Any) -> NDArray[np.float64] | None:
         values = np.asarray(actions, dtype=float)
     except (OverflowError, TypeError, ValueError):
         return None
-    return values if np.isfinite(values).all() else None
+    if values.size < _FEW:  # of which an array operation takes longer
+        finite = all(map(math.isfinite, values.ravel().tolist()))
+    else:
+        finite = bool(np.isfinite(values).all())
+    return values if finite else None
 
 
 class History:
@@ -61,10 +70,15 @@ class History:
 
 
 class HuntingEnv(gym.Env[NDArray[np.float32], Any]):
-    """Base of the environments of one vehicle: a bogie, two wheelsets or a whole coach."""
+    """Base of the environments of one vehicle: a bogie, two wheelsets or a whole coach.
 
-    metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": 50}
+    The classes of the ids have ``gymnasium.Env`` among their own bases, too: some libraries look there
+    to tell what they are given.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": 200}
     plant: ClassVar[Plant]
+    _spec: EnvSpec | None = None
 
     def __init__(self, render_mode: str | None = None, **keywords: Any) -> None:
         self.settings: Settings = settings(self.plant, keywords)
@@ -74,14 +88,27 @@ class HuntingEnv(gym.Env[NDArray[np.float32], Any]):
                 + " or ".join(map(repr, self.metadata["render_modes"]))
             )
         self.render_mode = render_mode
+        rate = film_rate(self.settings.control_period)
+        self.metadata = {**type(self).metadata, "render_fps": rate}
+        infos.check_names(self.settings)
         self._fleet = Fleet(self.settings, 1, lanes=1)
         self._history = History(1, len(self._fleet.observation_names), self.settings.history)
         self.action_space = action_space(self._fleet)
         self.observation_space: spaces.Box = observation_space(self._fleet)  # type: ignore[assignment]
-        self._recorder = Recorder(self._fleet, render_mode, self.metadata["render_fps"])
+        self._recorder = Recorder(self._fleet, render_mode)
         self._steps = self.settings.steps
         self._idle = np.zeros((1, 0))
         self._running = False
+        self._start: dict[str, Any] = {}
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """How Gymnasium makes this environment again, in plain values, for JSON."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, given: EnvSpec | None) -> None:
+        self._spec = None if given is None else described(given, self.settings.steps)
 
     @property
     def fleet(self) -> Fleet:
@@ -98,11 +125,16 @@ class HuntingEnv(gym.Env[NDArray[np.float32], Any]):
         self._history.reset(0, self._fleet.observations[0])
         self._recorder.restart()
         self._running = True
-        episode = self._fleet.episodes[0]
-        assert episode is not None
+        self._steps = min(self.settings.steps, time_limit(self) or self.settings.steps)
+        self._begin()
         if self.render_mode == "human":
             self.render()
-        return self._history.stacked[0].copy(), {"conditions": episode.conditions()}
+        return self._history.stacked[0].copy(), self._start.copy()
+
+    def _begin(self) -> None:
+        """Note what the infos of an episode start from."""
+        episode = self._fleet.episodes[0]
+        self._start = {} if episode is None else infos.of_start(episode)
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Advance one control period."""
@@ -112,18 +144,19 @@ class HuntingEnv(gym.Env[NDArray[np.float32], Any]):
         commands = self._commands(action)
         fleet.step(commands)
         self._history.push(fleet.observations)
-        terms = fleet.terms[0].tolist()
-        terminated = terms[5] > 0.0
-        truncated = bool(fleet.steps[0] >= self._steps)
-        info: dict[str, Any] = dict(zip(TERM_NAMES, terms[1:6], strict=True))
+        values = fleet.terms[0]
+        terms = values.tolist()
+        terminated = terms[len(TERM_NAMES)] > 0.0
+        truncated = fleet.steps.item(0) >= self._steps
+        info = self._start.copy()
+        info.update(zip(TERM_NAMES, values[1:-1], strict=True))
         if terminated or truncated:
             self._running = False
-            info["episode_metrics"] = self.episode_metrics()
-            if terminated:
-                info["derailed"] = REASONS[int(terms[6])]
-        self._recorder.record(commands[0])
-        if self.render_mode == "human":
-            self.render()
+            info.update(infos.of_end(self.episode_metrics(), terms[-1]))
+        if self.render_mode is not None:
+            self._recorder.record(commands[0])
+            if self.render_mode == "human" and (self._recorder.due or not self._running):
+                self.render()
         return self._history.stacked[0].copy(), terms[0], terminated, truncated, info
 
     def _commands(self, action: Any) -> NDArray[np.float64]:
@@ -147,6 +180,7 @@ class HuntingEnv(gym.Env[NDArray[np.float32], Any]):
             "fleet": self._fleet.snapshot(),
             "history": self._history.stacked.copy(),
             "np_random": copy.deepcopy(self.np_random),
+            "np_random_seed": self.np_random_seed,
             "running": self._running,
         }
 
@@ -155,7 +189,9 @@ class HuntingEnv(gym.Env[NDArray[np.float32], Any]):
         self._fleet.restore(state["fleet"])
         self._history.stacked[:] = state["history"]
         self._np_random = copy.deepcopy(state["np_random"])
+        self._np_random_seed = state["np_random_seed"]
         self._running = state["running"]
+        self._begin()
         self._recorder.restart()
 
     def render(self) -> NDArray[np.uint8] | None:
@@ -172,7 +208,7 @@ class HuntingEnv(gym.Env[NDArray[np.float32], Any]):
         self._recorder.close()
 
 
-class BogieEnv(HuntingEnv):
+class BogieEnv(HuntingEnv, gym.Env[NDArray[np.float32], Any]):
     """A two-axle bogie of a high-speed coach, with actuated yaw dampers against hunting.
 
     ## Description
@@ -201,36 +237,40 @@ class BogieEnv(HuntingEnv):
 
     ## Reward
 
-    Each step ``-(w_h h + w_e e + w_r r + w_u u)``, and ``-w_d`` on derailment, with
+    Each step ``1 - (w_h h + w_e e + w_r r + w_u u + w_c c + w_d d)``, with
 
-    - hunting ``h = s(H)``, H the mean over wheelsets of ``((dy / (V k delta))^2 + ((psi - psi_0) /
-      (k delta))^2) / 2``;
-    - excursion ``e = s(E)``, E the mean over wheelsets of ``((y - y_t - y_0) / delta)^2``;
-    - ride ``r = s((a / 0.3 g)^2)``, a the specific force on the frame about its steady value;
-    - effort ``u``, the mean squared moment as a share of the limit;
+    - hunting ``h = s(8 H)``, H the root of the mean over wheelsets of ``((dy / (V k delta))^2 + ((psi
+      - psi_0) / (k delta))^2) / 2``;
+    - excursion ``e = s(8 E)``, E the root of the mean over wheelsets of ``((y - y_t - y_0) /
+      delta)^2``;
+    - ride ``r = s(|a| / 0.1 g)``, a the specific force on the frame about its steady value;
+    - effort ``u``, the mean squared moment as a share of the limit; command ``c``, the mean squared
+      command; change ``d``, half the mean change of the command since the step before;
 
     where ``s(x) = x / (1 + x)``, k is the wavenumber of Klingel's kinematic hunting, delta the flange
     clearance, y_t the rails' displacement, and 0 marks the running equilibrium of the track under the
-    vehicle: the steady offset in a curve costs nothing. With the default weights (0.4, 0.3, 0.2, 0.1;
-    derailment 100) a step's reward lies in (-1, 0], and -100 is added on derailment. Every term, before
-    its weight, is in ``info``.
+    vehicle: the steady offset in a curve costs nothing. The weights are shares of their sum (0.35,
+    0.25, 0.2, 0.05, 0.05, 0.1 unless given), so that a step's reward lies between 0 and 1; an amplitude
+    of an eighth of the clearance costs half of what there is to lose by it. A derailment earns nothing
+    and ends the episode, so that for any discount it is worse than to hunt on. Every term, before its
+    weight, is in ``info``.
 
     ## Starting State
 
     The running equilibrium, all bodies moved sideways by up to ``initial_offset``. Speed and cant are
     drawn from their ranges, then the curvature such that cant deficiency stays within
     ``max_cant_deficiency``; a quarter of the episodes are on tangent track. ``reset(options=...)`` pins
-    ``speed``, ``radius``, ``cant``, ``offset``, ``irregularity_factor``, ``friction``,
+    ``speed``, ``radius`` or ``curvature``, ``cant``, ``offset``, ``irregularity_factor``, ``friction``,
     ``creep_factor``, ``body_mass`` or a number of the vehicle's contact law (``conicity``,
     ``contact_angle``, ``rail_profile_radius`` of the default's hollow tread); what cannot be raises.
 
     ## Episode End
 
-    Terminated on derailment only, with the reason in ``info["derailed"]``: Nadal's ratio (the mean
-    over 2 m of a wheel's guiding force Y over that of its load Q) above ``nadal_limit``, a wheel
-    without load for 2 m, a wheelset more than 30 mm off the track's centre, or, on profiles, a wheel
-    that has climbed beyond the steepest part of its flange, where nothing holds it any more. Truncated
-    after ``duration``. The last ``info`` carries ``episode_metrics``.
+    Terminated on derailment only, with the number of the reason in ``info["derailed"]``: Nadal's ratio
+    (the mean over 2 m of a wheel's guiding force Y over that of its load Q) above ``nadal_limit``, a
+    wheel without load for 2 m, a wheelset more than 30 mm off the track's centre, or, on profiles, a
+    wheel that has climbed beyond the steepest part of its flange, where nothing holds it any more.
+    Truncated after ``duration``. The last ``info`` has the metrics of the episode.
 
     ``nadal_limit`` is 0.8, or ``"contact angle"`` for Nadal's own ``(tan g - mu) / (1 + mu tan g)``, g
     the largest contact angle of the flange and mu the friction of the episode. Only profiles
@@ -249,14 +289,15 @@ class BogieEnv(HuntingEnv):
     ## Version History
 
     - v1: wheel and rail touch as one function of height says, whatever the contact law; the default
-      vehicle is the coach on hollow treads, whose conicity and contact angle go together.
+      vehicle is the coach on hollow treads, whose conicity and contact angle go together. Infos have
+      the same names and single numbers throughout.
     - v0: first version, on the printed contact. It is gone.
     """
 
     plant = "bogie"
 
 
-class DualWheelsetEnv(HuntingEnv):
+class DualWheelsetEnv(HuntingEnv, gym.Env[NDArray[np.float32], Any]):
     """Two wheelsets on a frame at rest, with a yaw actuator at each; Table 1 of the paper.
 
     Everything is as in :class:`BogieEnv`, with these differences: the vehicle has 8 degrees of freedom
@@ -273,7 +314,7 @@ class DualWheelsetEnv(HuntingEnv):
     plant = "dual_wheelset"
 
 
-class CoachEnv(HuntingEnv):
+class CoachEnv(HuntingEnv, gym.Env[NDArray[np.float32], Any]):
     """A whole high-speed coach on two bogies, with actuated yaw dampers or lateral actuators.
 
     ## Description
@@ -307,20 +348,24 @@ class CoachEnv(HuntingEnv):
 
     ## Reward
 
-    Each step ``-(w_h h + w_e e + w_r r + w_u u)``, and ``-w_d`` on derailment, with
+    Each step ``1 - (w_h h + w_e e + w_r r + w_u u + w_c c + w_d d)``, with
 
-    - hunting ``h = s(H)``, H the mean over the four wheelsets of ``((dy / (V k delta))^2 + ((psi -
-      psi_0) / (k delta))^2) / 2``;
-    - excursion ``e = s(E)``, E the mean over the four wheelsets of ``((y - y_t - y_0) / delta)^2``;
-    - ride ``r = s((a / a_r)^2)``, a the lateral specific force at the body's centre about its steady
+    - hunting ``h = s(8 H)``, H the root of the mean over the four wheelsets of ``((dy / (V k delta))^2
+      + ((psi - psi_0) / (k delta))^2) / 2``;
+    - excursion ``e = s(8 E)``, E the root of the mean over the four wheelsets of ``((y - y_t - y_0) /
+      delta)^2``;
+    - ride ``r = s(3 |a| / a_r)``, a the lateral specific force at the body's centre about its steady
       value, a_r = 0.5 m/s^2, the rms value with which EN 14363 compares the ride of a body;
-    - effort ``u``, the mean squared moment or force as a share of the limit;
+    - effort ``u``, the mean squared moment or force as a share of the limit; command ``c``, the mean
+      squared command; change ``d``, half the mean change of the command since the step before;
 
     where ``s(x) = x / (1 + x)``, k is the wavenumber of Klingel's kinematic hunting, delta the flange
     clearance, y_t the rails' displacement, and 0 marks the running equilibrium of the track under the
-    vehicle: the steady offset in a curve costs nothing. With the default weights (0.4, 0.3, 0.2, 0.1;
-    derailment 100) a step's reward lies in (-1, 0], and -100 is added on derailment. Every term, before
-    its weight, is in ``info``.
+    vehicle: the steady offset in a curve costs nothing. The weights are shares of their sum (0.35,
+    0.25, 0.2, 0.05, 0.05, 0.1 unless given), so that a step's reward lies between 0 and 1; an amplitude
+    of an eighth of the clearance costs half of what there is to lose by it. A derailment earns nothing
+    and ends the episode, so that for any discount it is worse than to hunt on. Every term, before its
+    weight, is in ``info``.
 
     Accelerations among the metrics are the body's; the readings of the two standards are those of the
     running gear: 49 CFR 213.333 of the frame that shakes more, EN 14363 of the four axles.
@@ -331,18 +376,18 @@ class CoachEnv(HuntingEnv):
     drawn from their ranges, then the curvature such that cant deficiency stays within
     ``max_cant_deficiency``; a quarter of the episodes are on tangent track. With ``track="curve"`` each
     body runs on the curvature and cant of its own place, so that the leading bogie enters the
-    transition first. ``reset(options=...)`` pins ``speed``, ``radius``, ``cant``, ``offset``,
-    ``irregularity_factor``, ``friction``, ``creep_factor``, ``body_mass`` or a number of the vehicle's
-    contact law (``conicity``, ``contact_angle``, ``rail_profile_radius`` of the default's hollow
-    tread); what cannot be raises.
+    transition first. ``reset(options=...)`` pins ``speed``, ``radius`` or ``curvature``, ``cant``,
+    ``offset``, ``irregularity_factor``, ``friction``, ``creep_factor``, ``body_mass`` or a number of
+    the vehicle's contact law (``conicity``, ``contact_angle``, ``rail_profile_radius`` of the default's
+    hollow tread); what cannot be raises.
 
     ## Episode End
 
-    Terminated on derailment only, with the reason in ``info["derailed"]``: for any of the eight wheels
-    Nadal's ratio (the mean over 2 m of the wheel's guiding force Y over that of its load Q) above
-    ``nadal_limit``, no load for 2 m, or, on profiles, a climb beyond the steepest part of the flange;
-    or a wheelset more than 30 mm off the track's centre. Truncated after ``duration``. The last
-    ``info`` carries ``episode_metrics``.
+    Terminated on derailment only, with the number of the reason in ``info["derailed"]``: for any of the
+    eight wheels Nadal's ratio (the mean over 2 m of the wheel's guiding force Y over that of its load
+    Q) above ``nadal_limit``, no load for 2 m, or, on profiles, a climb beyond the steepest part of the
+    flange; or a wheelset more than 30 mm off the track's centre. Truncated after ``duration``. The last
+    ``info`` has the metrics of the episode.
 
     ``nadal_limit`` is 0.8, or ``"contact angle"``, as for :class:`BogieEnv`.
 

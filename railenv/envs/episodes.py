@@ -16,8 +16,14 @@ from railenv.envs.settings import LOWEST_SPEED, RANDOMIZABLE, Settings
 from railenv.errors import ParameterError
 from railenv.model import Model
 
-RUNNING = ("speed", "radius", "cant", "irregularity_factor", "offset")
-"""What ``reset(options=...)`` may pin of any vehicle, beside its own numbers."""
+RUNNING = ("speed", "radius", "curvature", "cant", "irregularity_factor", "offset")
+"""What ``reset(options=...)`` may pin of any vehicle, beside its own numbers; of a curve one."""
+
+
+def condition_names(numbers: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of an episode's conditions, those of the vehicle's numbers among them."""
+    return ("speed", "curvature", "cant", *numbers, "irregularity_factor", "offset")
+
 
 _DRAWS = 16  # uniform numbers of an episode, always all drawn, so that pins change nothing else
 
@@ -66,10 +72,10 @@ class Episode:
         return 1.0 / self.curvature if self.curvature else math.inf
 
     def conditions(self) -> dict[str, float]:
-        """Return what was drawn, under the names by which it can be pinned."""
+        """Return what was drawn, finite numbers under names by which they can be pinned."""
         return {
             "speed": self.speed,
-            "radius": self.radius,
+            "curvature": self.curvature,
             "cant": self.cant,
             **self.numbers,
             "irregularity_factor": self.irregularity_factor,
@@ -131,7 +137,7 @@ def _running(
     slack = settings.max_cant_deficiency / CANT_BASE
     hand = 1.0 if u[0] < 0.5 else -1.0
     tangent = bool(u[1] < settings.tangent_share)
-    curvature = checks.curvature(pinned["radius"]) if "radius" in pinned else None
+    curvature = _pinned_curvature(pinned)
     cant = checks.cant(pinned["cant"]) if "cant" in pinned else None
     speeds = settings.speed_range
     if "speed" in pinned:
@@ -168,9 +174,18 @@ def _running(
     return speed, hand * k, hand * c if cant is None else cant
 
 
+def _pinned_curvature(pinned: Mapping[str, Any]) -> float | None:
+    """Return the curvature that is pinned, by itself or by its radius; None where it is free."""
+    if "curvature" not in pinned:
+        return checks.curvature(pinned["radius"]) if "radius" in pinned else None
+    if "radius" in pinned:
+        raise ParameterError("options pin radius and curvature; they may pin one of them")
+    return checks.number("curvature", pinned["curvature"], low=-1.0, high=1.0, unit="1/m")
+
+
 def _impossible(settings: Settings, pinned: Mapping[str, Any]) -> ParameterError:
     """Say that no running condition suits what is pinned and the ranges of the rest."""
-    held = {n: pinned[n] for n in ("speed", "radius", "cant") if n in pinned}
+    held = {n: pinned[n] for n in ("speed", "radius", "curvature", "cant") if n in pinned}
     return ParameterError(
         f"cant deficiency cannot be kept within {1e3 * settings.max_cant_deficiency:g} mm either way "
         f"(max_cant_deficiency) with {held or 'any drawn condition'}, speed_range "

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from railenv import checks
 from railenv.assessment.limits import Limits
-from railenv.envs.derailment import flange_tops, nadal_limits
+from railenv.envs.derailment import DERAILED, flange_tops, nadal_limits
 from railenv.envs.episodes import Episode, draw
 from railenv.envs.metrics import CFR_LIMIT
 from railenv.envs.observation import Reading, delay_slots, observation_table
@@ -36,20 +36,14 @@ Array = NDArray[np.float64]
 BOUND = 10.0
 """Largest magnitude of an observation, in units of its scale."""
 
-REASONS = (
-    "",
-    "Nadal: Y/Q above its limit over 2 m",
-    "wheel lift over 2 m",
-    "lateral displacement above 30 mm",
-    "flange climbed onto the rail",
-)
-"""Why an episode ended in a derailment, by the kernel's number."""
+RIDE_SCALE = CFR_LIMIT / 3.0
+"""m/s^2, at which the ride term is 1/2: a third of the limit of 49 CFR 213.333 for frames."""
 
-RIDE_SCALE = CFR_LIMIT
-"""m/s^2, the acceleration at which the ride term is 1/2: the limit of 49 CFR 213.333 for frames."""
+QUIET = 0.125
+"""Amplitude, as a share of the clearance, at which the terms of hunting and excursion are 1/2."""
 
-BODY_RIDE_SCALE = Limits().ride_lateral_rms
-"""m/s^2, the same for a body above the frames: the rms value of EN 14363 for its ride."""
+BODY_RIDE_SCALE = Limits().ride_lateral_rms / 3.0
+"""m/s^2, the same for a body above the frames: a third of the rms value of EN 14363 for its ride."""
 
 THREAD_PAYS_FROM = 128
 """Number of environments that are work enough for a thread, some 0.1 ms.
@@ -113,10 +107,9 @@ class Fleet:
         self._nodes = np.zeros((n, self._kernels.NODES, self.model.plant.n_states))
         self._window = np.ones(n)
         self._seeds = np.zeros(n, dtype=np.uint64)
-        sensors, weights = self.model.sensors, settings.weights
-        shares = (weights.hunting, weights.excursion, weights.ride, weights.effort, weights.derailment)
+        sensors, shares = self.model.sensors, settings.weights.shares
         above = set(self.model.felt) & set(carried(self.model.plant))
-        self._weights = np.array([*shares, T, BODY_RIDE_SCALE if above else RIDE_SCALE])
+        self._weights = np.array([*shares, T, BODY_RIDE_SCALE if above else RIDE_SCALE, QUIET])
         self._noise = np.array([sensors.accelerometer_noise, sensors.gyro_noise])
         self._tangent_states: dict[Any, Array] = {}
         self._join()
@@ -127,6 +120,25 @@ class Fleet:
     def n_actuators(self) -> int:
         """Number of actuators of one vehicle."""
         return len(self.model.command_names)
+
+    @property
+    def rewards(self) -> Array:
+        """Rewards of the last step, shape (n,)."""
+        return np.asarray(self.terms[:, 0])
+
+    @property
+    def costs(self) -> Array:
+        """Terms of the reward before their weights, shape (n, 6); see ``RewardWeights``."""
+        return np.asarray(self.terms[:, 1 : self._kernels.DERAILED])
+
+    @property
+    def derailed(self) -> NDArray[np.bool_]:
+        """Whether the last step ended in a derailment, shape (n,)."""
+        return np.asarray(self.terms[:, self._kernels.DERAILED] > 0.0)
+
+    def reason(self, i: int) -> str:
+        """Why a vehicle has derailed; empty where it has not."""
+        return DERAILED[int(self.terms[i, self._kernels.REASON])]
 
     @cached_property
     def observation_table(self) -> list[Reading]:
@@ -244,7 +256,7 @@ class Fleet:
             try:
                 return episode, self._equilibria(episode)
             except EquilibriumError:
-                if {"speed", "radius"} <= set(pinned):
+                if "speed" in pinned and ("radius" in pinned or "curvature" in pinned):
                     raise
         raise EquilibriumError(
             f"none of {_REDRAWS} conditions drawn has a running equilibrium; narrow the ranges",

@@ -19,6 +19,18 @@ CFR_LIMIT = 0.3 * GRAVITY
 EN_HALF_BAND = 2.0  # Hz, to either side of the dominating frequency
 EN_DISTANCE = 100.0  # m
 
+METRICS = (
+    "hunting_amplitude",
+    "hunting_frequency",
+    "acceleration_rms",
+    "acceleration_peak",
+    "effort_rms",
+    "distance",
+    "cfr_213_333",
+    "en_14363",
+)
+"""Names of the metrics of an episode."""
+
 _FEWEST = 30  # samples for a reading to mean anything
 
 

@@ -12,18 +12,18 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from railenv import checks
-from railenv.contact.given import contact_law
 from railenv.contact.laws import ContactLaw
+from railenv.envs import given
 from railenv.envs.derailment import CONTACT_ANGLE, nadal_limits
 from railenv.envs.observation import Observation
 from railenv.equipment import PLACES, Actuator, Equipped, Place, Sensors
-from railenv.errors import ParameterError, shown
-from railenv.irregularity import SPACING, Level, Line, given
+from railenv.errors import ParameterError, UnknownKeywordError, shown
+from railenv.irregularity import SPACING, Level, Line
+from railenv.irregularity import given as line_of
 from railenv.model import Model
 from railenv.models import Assembled, Bogie, Coach, DualWheelset
 from railenv.vehicles import HIGH_SPEED_COACH_HOLLOW, TABLE_1, Vehicle
 from railenv.vehicles.assembly import Assembly
-from railenv.vehicles.vehicle import preset
 
 TrackPlan = Literal["constant", "curve"]
 
@@ -42,31 +42,42 @@ place of ``conicity``, or none.
 
 @dataclass(frozen=True, kw_only=True)
 class RewardWeights:
-    """Weights of the reward's terms; each term lies between 0 and 1.
+    """Weights of the reward's terms, each of which lies between 0 and 1; only their ratios count.
 
     Attributes
     ----------
     hunting : float
-        Kinematic energy of hunting about the running equilibrium.
+        Kinematic amplitude of hunting about the running equilibrium.
     excursion : float
         Lateral excursion of the wheelsets from it.
     ride : float
         Lateral acceleration of the sensed body above the frames, or else of the sensed bodies.
     effort : float
         Mean squared moment or force, as a share of the limit.
-    derailment : float
-        Taken off once, at a derailment.
+    command : float
+        Mean squared command.
+    change : float
+        Mean change of the command since the step before, as a share of the whole range.
     """
 
-    hunting: float = 0.4
-    excursion: float = 0.3
+    hunting: float = 0.35
+    excursion: float = 0.25
     ride: float = 0.2
-    effort: float = 0.1
-    derailment: float = 100.0
+    effort: float = 0.05
+    command: float = 0.05
+    change: float = 0.1
 
     def __post_init__(self) -> None:
         for f in dataclasses.fields(self):
             checks.number(f"reward weight {f.name}", getattr(self, f.name), low=0.0)
+        if not sum(dataclasses.astuple(self)) > 0.0:
+            raise ParameterError("all reward weights are 0; at least one must be above 0")
+
+    @property
+    def shares(self) -> tuple[float, ...]:
+        """Weights in the order of the terms, as shares of their sum."""
+        weights = dataclasses.astuple(self)
+        return tuple(weight / sum(weights) for weight in weights)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,22 +88,27 @@ class Settings:
     ----------
     plant : {"bogie", "dual_wheelset", "coach"}
         Set by the environment's id.
-    vehicle : Vehicle, Assembly or str
-        Or the name of a shipped vehicle (``"HIGH_SPEED_COACH_S1002"``). An assembly is a vehicle of its
-        own, not one of the environment's kind.
-    contact : ContactLaw or mapping, optional
+    vehicle : Vehicle, Assembly, str or mapping
+        Or the name of a shipped vehicle (``"HIGH_SPEED_COACH_S1002"``), or what a file of a vehicle
+        holds (``{"base": "HIGH_SPEED_COACH", "friction": 0.4}``). An assembly is a vehicle of its own,
+        not one of the environment's kind.
+    contact : ContactLaw, mapping or str, optional
         Another contact law for the vehicle, short for ``vehicle.replace(contact=...)``; as a mapping,
-        with its kind as ``law`` (``{"law": "cone", "conicity": 0.2}``).
+        with its kind as ``law`` (``{"law": "cone", "conicity": 0.2}``), or its kind alone
+        (``"profiles"``).
     model : Model, optional
         Instead of a vehicle: any model that says what its bodies are, or a :class:`railenv.Equipped`
         with its own actuators and sensors.
     actuator : {"secondary", "primary", "both", "lateral", "none"}, optional
         Where the yaw actuators are, or lateral ones between frames and body; None: those of the
         assembly or model, as of :class:`railenv.Equipped`, which is the default with one.
-    actuator_model : Actuator, optional
-        Their limits and lag; realistic ones for their place when left out.
-    sensors : Sensors, optional
-        Bandwidth, noise and bias; ``Sensors.standard()`` when left out.
+    actuator_model : Actuator, mapping or str, optional
+        Their limits and lag; realistic ones for their place when left out. As a mapping, with ``base``
+        for the fields left out (``{"base": "secondary", "delay": 0.02}``), or a name (``"secondary"``,
+        ``"primary"``, ``"lateral"``).
+    sensors : Sensors, mapping or str, optional
+        Bandwidth, noise and bias; ``Sensors.standard()`` when left out. As a mapping, fields left out
+        are standard; or a name (``"standard"``, ``"ideal"``).
     observation : {"state", "sensors"}
     history : int
         Number of past observations stacked below the present one, oldest last.
@@ -106,9 +122,9 @@ class Settings:
         Share of the episodes on tangent track.
     track : {"constant", "curve"}
         The same curve for the whole episode, or tangent, clothoid, curve, clothoid, tangent.
-    irregularity : {"low", "high"} or Line, optional
-        Level of ERRI B176, or a :class:`railenv.irregularity.Line`; none when left out. A line that
-        does not repeat begins again where it has faded out.
+    irregularity : {"low", "high"}, Line or mapping, optional
+        Level of ERRI B176, or a :class:`railenv.irregularity.Line` or its fields; none when left out. A
+        line that does not repeat begins again where it has faded out.
     irregularity_factor : (float, float)
         Range of the factor on it.
     randomize : mapping of str to (float, float)
@@ -125,7 +141,8 @@ class Settings:
         s, after which the episode is truncated.
     control_period, time_step : float
         s between actions (0.1 ms to 1 s), and of the integration (1 µs to 1 s).
-    weights : RewardWeights
+    weights : RewardWeights or mapping
+        As a mapping, weights left out have their defaults (``{"ride": 0.5}``).
     critical_speed : float, optional
         m/s, shown by the renderer.
     """
@@ -157,6 +174,7 @@ class Settings:
     critical_speed: float | None = None
 
     def __post_init__(self) -> None:
+        self._resolve_records()
         self._resolve_vehicle()
         for name in ("actuator", "observation", "track"):
             value = getattr(self, name)
@@ -169,7 +187,7 @@ class Settings:
         ):
             if getattr(self, name) is not None:
                 checks.known(name, [getattr(self, name)], choices)
-        given(self.irregularity)
+        line_of(self.irregularity)
         self._check_model()
         self._range("speed_range", low=LOWEST_SPEED, high=checks.HIGHEST_SPEED, unit="m/s")
         self._range("cant_range", low=0.0, high=checks.CANT_LIMIT, unit="rad")
@@ -194,19 +212,26 @@ class Settings:
                 f"duration is {self.duration:g} s; it must be at least one control period "
                 f"({self.control_period:g} s)"
             )
-        if not isinstance(self.weights, RewardWeights):
-            raise ParameterError(f"weights is {shown(self.weights)}; it must be RewardWeights")
+
+    def _resolve_records(self) -> None:
+        """Replace names and mappings by the records that they stand for."""
+
+        def keep(name: str, value: Any) -> None:
+            object.__setattr__(self, name, value)
+
+        keep("vehicle", given.vehicle(self.vehicle))
+        keep("weights", given.record("weights", RewardWeights, self.weights))
+        keep("irregularity", given.irregularity(self.irregularity))
+        if self.actuator_model is not None:
+            actuator = given.record("actuator_model", Actuator, self.actuator_model, given.ACTUATORS)
+            keep("actuator_model", actuator)
+        if self.sensors is not None:
+            sensors = given.record("sensors", Sensors, self.sensors, given.SENSORS, "standard")
+            keep("sensors", sensors)
 
     def _resolve_vehicle(self) -> None:
-        """Check vehicle and model; replace the name of a vehicle by it, and its contact law."""
+        """Check the model, and give the vehicle its contact law."""
         vehicle: Any = self.vehicle
-        if isinstance(vehicle, str):
-            vehicle = preset(vehicle)
-        if not isinstance(vehicle, (Vehicle, Assembly)):
-            raise ParameterError(
-                f"vehicle is {shown(vehicle)}; it must be a railenv.Vehicle, a railenv.Assembly or "
-                "the name of a shipped vehicle"
-            )
         if not (self.model is None or isinstance(self.model, Model)):
             raise ParameterError(f"model is {shown(self.model)}; it must be a railenv.Model")
         if self.contact is not None:
@@ -215,7 +240,7 @@ class Settings:
                     "contact is given with a model or an assembly; it belongs to a Vehicle, and "
                     "the wheelsets of an assembly have their own"
                 )
-            law = contact_law(self.contact)
+            law = given.contact(self.contact)
             object.__setattr__(self, "contact", law)
             vehicle = vehicle.replace(contact=law)
         object.__setattr__(self, "vehicle", vehicle)
@@ -224,6 +249,7 @@ class Settings:
         """Raise where the vehicle could not have what may be drawn."""
         plant = self.equipped.plant
         ends = {n: checks.interval(f"randomize[{n!r}]", self.randomize[n]) for n in self.randomize}
+        object.__setattr__(self, "randomize", ends)
         for name, limits in ends.items():
             for end in limits:
                 if name not in self._of_contact:
@@ -263,7 +289,7 @@ class Settings:
     @cached_property
     def line(self) -> Line:
         """The line of irregularities, as one that repeats; a straight one where there are none."""
-        found = given(self.irregularity)
+        found = line_of(self.irregularity)
         return _STRAIGHT if found is None else found.faded()
 
     @property
@@ -356,13 +382,18 @@ def settings(plant: Plant, keywords: Mapping[str, Any]) -> Settings:
 
     Raises
     ------
-    UnknownNameError
+    UnknownKeywordError
         If a keyword is not a setting.
     ParameterError
         If a value is not allowed.
     """
     names = [f.name for f in dataclasses.fields(Settings) if f.name != "plant"]
-    checks.known("keyword of the environment", keywords, names)
-    own = isinstance(keywords.get("vehicle"), Assembly) or keywords.get("model") is not None
+    unknown = [name for name in keywords if name not in names]
+    if unknown:
+        raise UnknownKeywordError.of("the environment", unknown, names)
+    changes = dict(keywords)
+    if "vehicle" in changes:
+        changes["vehicle"] = given.vehicle(changes["vehicle"])
+    own = isinstance(changes.get("vehicle"), Assembly) or changes.get("model") is not None
     defaults = {**_DEFAULTS[plant], **({"actuator": None} if own else {})}
-    return Settings(plant=plant, **{**defaults, **keywords})
+    return Settings(plant=plant, **{**defaults, **changes})

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from functools import cached_property
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
-from railenv.envs.fleet import REASONS, Fleet
+from railenv.envs.fleet import Fleet
 from railenv.mounting import frames
 from railenv.vehicles.guided import Guided
 
@@ -19,6 +21,20 @@ if TYPE_CHECKING:
 
 _SECONDS = 4.0
 
+WINDOW_RATE = 50.0
+"""Frames a second that a window shows at most."""
+
+
+def film_rate(control_period: float) -> float:
+    """Return the frames a second of a film with a frame of each control step, at true speed."""
+    rate = 1.0 / control_period
+    return round(rate) if math.isclose(rate, round(rate), rel_tol=1e-9) else rate
+
+
+def steps_a_frame(control_period: float) -> int:
+    """Return the control steps from one frame of a window to the next."""
+    return max(1, round(1.0 / (WINDOW_RATE * control_period)))
+
 
 class Recorder:
     """Keeps the strip chart of one environment and draws its frames.
@@ -26,13 +42,14 @@ class Recorder:
     Without a render mode it does nothing.
     """
 
-    def __init__(self, fleet: Fleet, render_mode: str | None, fps: int, env: int = 0) -> None:
+    def __init__(self, fleet: Fleet, render_mode: str | None, env: int = 0) -> None:
         self._fleet = fleet
         self._mode = render_mode
-        self._fps = fps
         self._env = env
         self._renderer: Renderer | None = None
-        samples = max(2, round(_SECONDS / fleet.settings.control_period))
+        period = fleet.settings.control_period
+        self._every = steps_a_frame(period)
+        samples = max(2, round(_SECONDS / period))
         self._past: deque[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = deque(
             maxlen=samples
         )
@@ -50,13 +67,24 @@ class Recorder:
         self._past.append((self._time, state[lateral], np.clip(np.array(action), -1.0, 1.0)))
 
     @property
+    def due(self) -> bool:
+        """Whether a window that shows the motion at true speed has its next frame now."""
+        return int(self._fleet.steps[self._env]) % self._every == 0
+
+    @property
     def _time(self) -> float:
         return float(self._fleet.steps[self._env]) * self._fleet.settings.control_period
 
+    def check(self) -> None:
+        """Raise gymnasium.error.ResetNeeded where there is no episode yet."""
+        if self._fleet.episodes[self._env] is None:
+            raise ResetNeeded("call reset() before render()")
+
     def scene(self) -> Scene:
-        """Return what the next frame shows."""
+        """Return what the next frame shows; see :meth:`check`."""
         from railenv.envs.rendering import History, Scene
 
+        self.check()
         fleet, i = self._fleet, self._env
         episode = fleet.episodes[i]
         assert episode is not None
@@ -66,7 +94,7 @@ class Recorder:
         if self._past:
             times, displacements, actions = zip(*self._past, strict=True)
             history = History(np.array(times), np.array(displacements), np.array(actions))
-        reason = REASONS[int(fleet.terms[i, 6])]
+        reason = fleet.reason(i)
         first = episode.plant.guided[self._order[0]]
         return Scene(
             time=self._time,
@@ -136,8 +164,9 @@ class Recorder:
         if self._renderer is None:
             from railenv.envs.rendering import Renderer
 
-            mode: Any = self._mode
-            self._renderer = Renderer(mode, self._fps)
+            shown: Any = "human" if self._mode == "human" else "rgb_array"
+            period = self._fleet.settings.control_period
+            self._renderer = Renderer(shown, film_rate(period * self._every))
         return self._renderer.draw(self.scene())
 
     def close(self) -> None:

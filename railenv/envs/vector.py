@@ -9,24 +9,34 @@ from typing import Any, ClassVar
 
 import gymnasium as gym
 import numpy as np
+from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from railenv import checks
-from railenv.envs.environment import TERM_NAMES, History, action_space, numbers_of, observation_space
-from railenv.envs.fleet import REASONS, Fleet, broadcast_options
+from railenv.envs import infos
+from railenv.envs.environment import History, action_space, numbers_of, observation_space
+from railenv.envs.fleet import Fleet, broadcast_options
 from railenv.envs.metrics import episode_metrics
 from railenv.envs.settings import Plant, Settings, settings
-from railenv.envs.showing import Recorder
+from railenv.envs.showing import film_rate
+from railenv.envs.specs import described
+from railenv.envs.views import Views
 from railenv.errors import ParameterError, shown
 from railenv.kernels import loader
 
 Bools = NDArray[np.bool_]
 
+LARGEST_SEED = 2**128 - 1
+"""Those that NumPy draws from the operating system's entropy have so many bits."""
+
 MOST_ENVIRONMENTS = 2**20
 """Side by side; they take gigabytes."""
+
+
+_GymnasiumsVectorEnv = VectorEnv[NDArray[np.float32], Any, NDArray[Any]]
 
 
 class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
@@ -38,7 +48,8 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
     Parameters
     ----------
     num_envs : int
-    render_mode : {"rgb_array"}, optional
+    render_mode : {"rgb_array", "rgb_array_list"}, optional
+        A picture of every environment, or the pictures of all steps since the last call.
     autoreset_mode : AutoresetMode
         What happens at the end of an episode: a reset in the next step (default), in the same, or none.
     max_episode_steps : int, optional
@@ -48,11 +59,12 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
     """
 
     metadata: dict[str, Any] = {
-        "render_modes": ["rgb_array"],
-        "render_fps": 50,
+        "render_modes": ["rgb_array", "rgb_array_list"],
+        "render_fps": 200,
         "autoreset_mode": AutoresetMode.NEXT_STEP,
     }
     plant: ClassVar[Plant]
+    _spec: EnvSpec | None = None
 
     def __init__(
         self,
@@ -64,17 +76,20 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
     ) -> None:
         num_envs = checks.whole("num_envs", num_envs, high=MOST_ENVIRONMENTS)
         if render_mode is not None:
-            checks.choice("render_mode", render_mode, ["rgb_array"])
+            checks.choice("render_mode", render_mode, self.metadata["render_modes"])
         if max_episode_steps is not None:
             checks.whole("max_episode_steps", max_episode_steps)
         self.settings: Settings = settings(self.plant, keywords)
+        infos.check_names(self.settings)
         self.num_envs = num_envs
         self.render_mode = render_mode
         modes = {mode.value: mode for mode in AutoresetMode}
         key = autoreset_mode.value if isinstance(autoreset_mode, AutoresetMode) else autoreset_mode
         checks.known("autoreset_mode", [key], list(modes))
         self.autoreset_mode = modes[key]
-        self.metadata = {**type(self).metadata, "autoreset_mode": self.autoreset_mode}
+        rate = film_rate(self.settings.control_period)
+        modes_of_this = {"render_fps": rate, "autoreset_mode": self.autoreset_mode}
+        self.metadata = {**type(self).metadata, **modes_of_this}
         self._fleet = Fleet(self.settings, self.num_envs, loader.LANES["float64"])
         width = len(self._fleet.observation_names)
         self._history = History(self.num_envs, width, self.settings.history)
@@ -84,14 +99,21 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self._steps = min(self.settings.steps, max_episode_steps or self.settings.steps)
         self._generators: list[np.random.Generator | None] = [None] * self.num_envs
+        self._seeds_used: list[int | None] = [None] * self.num_envs
         self._seeded = False
+        self._infos = infos.Columns(self.settings, self.num_envs)
         self._ended = np.ones(self.num_envs, dtype=bool)
         self._idle = np.zeros((self.num_envs, 0))
-        fps = self.metadata["render_fps"]
-        self._recorders = [
-            Recorder(self._fleet, render_mode, fps, i)
-            for i in range(self.num_envs if render_mode else 0)
-        ]
+        self._views = Views(self._fleet, render_mode)
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """How Gymnasium makes this environment again, in plain values, for JSON."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, given: EnvSpec | None) -> None:
+        self._spec = None if given is None else described(given, self._steps)
 
     @property
     def fleet(self) -> Fleet:
@@ -121,10 +143,29 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
         seeds = self._seeds(seed)
         for i in rows:
             if seeds[i] is not None or self._generators[i] is None:
-                self._generators[i], _ = seeding.np_random(seeds[i])
+                self._generators[i], self._seeds_used[i] = seeding.np_random(seeds[i])
         self._seeded = all(generator is not None for generator in self._generators)
         self._reset(rows, broadcast_options(pinned, self.num_envs))
-        return self._observations(), self._conditions(rows)
+        whole = len(rows) == self.num_envs
+        return self._observations(), self._infos.infos(None if whole else rows)
+
+    def _generate(self) -> None:
+        """Make the generators that are not there yet."""
+        for i, generator in enumerate(self._generators):
+            if generator is None:
+                self._generators[i], self._seeds_used[i] = seeding.np_random()
+
+    @property  # type: ignore[misc]
+    def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
+        """The environments' random generators."""
+        self._generate()
+        return tuple(generator for generator in self._generators if generator is not None)
+
+    @property
+    def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]
+        """The seeds that they started from."""
+        self._generate()
+        return tuple(seed for seed in self._seeds_used if seed is not None)
 
     def _mask(self, mask: Any) -> Bools:
         if mask is None:
@@ -141,14 +182,17 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
         if seed is None:
             return [None] * self.num_envs
         if not isinstance(seed, (list, tuple, np.ndarray)):
-            first = checks.whole("seed", seed, low=0)
+            first = checks.whole("seed", seed, low=0, high=LARGEST_SEED)
             return [first + i for i in range(self.num_envs)]
         seeds: list[int | None] = list(np.atleast_1d(np.asarray(seed, dtype=object)))
         if len(seeds) != self.num_envs:
             raise ParameterError(
                 f"seed has {len(seeds)} entries; there are {self.num_envs} environments"
             )
-        return [None if one is None else checks.whole("seed", one, low=0) for one in seeds]
+        return [
+            None if one is None else checks.whole("seed", one, low=0, high=LARGEST_SEED)
+            for one in seeds
+        ]
 
     def _reset(self, rows: Any, pinned: Sequence[dict[str, Any]]) -> None:
         drawn = []
@@ -159,25 +203,9 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
         for i, (episode, nodes) in zip(rows, drawn, strict=True):  # only when all of them can be
             self._fleet.place(int(i), episode, nodes)
             self._history.reset(i, self._fleet.observations[i])
-            if self._recorders:
-                self._recorders[i].restart()
+            self._infos.start(int(i), episode)
         self._ended[rows] = False
-
-    def _conditions(self, rows: Any) -> dict[str, Any]:
-        """Conditions of some new episodes, as a vector info."""
-        drawn = [self._fleet.episodes[i] for i in rows]
-        conditions: dict[str, Any] = {}
-        for name in drawn[0].conditions() if drawn and drawn[0] else ():
-            values = np.zeros(self.num_envs)
-            values[rows] = [episode.conditions()[name] for episode in drawn if episode]
-            conditions[name] = values
-            conditions[f"_{name}"] = self._only(rows)
-        return {"conditions": conditions, "_conditions": self._only(rows)}
-
-    def _only(self, rows: Any) -> Bools:
-        mask = np.zeros(self.num_envs, dtype=bool)
-        mask[rows] = True
-        return mask
+        self._views.restart(rows)
 
     def _observations(self) -> NDArray[np.float32]:
         return self._history.stacked.copy()
@@ -189,10 +217,10 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
     ) -> tuple[NDArray[np.float32], NDArray[Any], Bools, Bools, dict[str, Any]]:
         """Advance all environments by one control period."""
         fleet = self._fleet
-        waiting = self._ended.copy()
-        if self.autoreset_mode is not AutoresetMode.NEXT_STEP and waiting.any():
+        waiting = self._ended.nonzero()[0]
+        if waiting.size and self.autoreset_mode is not AutoresetMode.NEXT_STEP:
             raise gym.error.ResetNeeded(
-                f"environments {np.flatnonzero(waiting).tolist()} have ended; reset them first "
+                f"environments {waiting.tolist()} have ended; reset them first "
                 "(options={'reset_mask': mask})"
             )
         if not self._seeded:
@@ -200,30 +228,29 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
         commands = self._commands(actions)
         fleet.step(commands)
         self._history.push(fleet.observations)
-        terms = fleet.terms.copy()
-        running = ~waiting
-        terminated = (terms[:, 5] > 0.0) & running
-        truncated = (fleet.steps >= self._steps) & running
-        infos: dict[str, Any] = {}
-        for k, name in enumerate(TERM_NAMES):
-            infos[name], infos[f"_{name}"] = terms[:, 1 + k] * running, running
-        for recorder, command in zip(self._recorders, commands, strict=False):
-            recorder.record(command)
-        rewards = terms[:, 0] * running
+        terms = fleet.terms
+        rewards = fleet.rewards.copy()
+        terminated = fleet.derailed
+        truncated = fleet.steps >= self._steps
+        if waiting.size:
+            rewards[waiting], terminated[waiting], truncated[waiting] = 0.0, False, False
+        self._infos.step(terms, terminated)
+        self._views.record(commands, waiting)
         ended = terminated | truncated
-        if ended.any():
-            self._add_endings(infos, np.flatnonzero(ended), terminated, terms)
-        if waiting.any():
-            rows = np.flatnonzero(waiting)
-            self._reset(rows, [{}] * self.num_envs)
-            infos |= self._conditions(rows)
-        self._ended[ended] = True
-        if ended.any() and self.autoreset_mode is AutoresetMode.SAME_STEP:
-            infos = self._final(infos, ended)
-            rows = np.flatnonzero(ended)
-            self._reset(rows, [{}] * self.num_envs)
-            infos |= self._conditions(rows)
-        return self._observations(), rewards, terminated, truncated, infos
+        rows = ended.nonzero()[0]
+        for i in rows.tolist():
+            self._infos.end(i, episode_metrics(fleet, i))
+        if waiting.size:
+            self._reset(waiting, [{}] * self.num_envs)
+        final: dict[str, Any] = {}
+        if rows.size:
+            self._ended[rows] = True
+            if self.autoreset_mode is AutoresetMode.SAME_STEP:
+                final = self._final(rows, ended)
+                self._reset(rows, [{}] * self.num_envs)
+        found = self._infos.infos()
+        found.update(final)
+        return self._observations(), rewards, terminated, truncated, found
 
     def _commands(self, actions: Any) -> NDArray[np.float64]:
         n = self._fleet.n_actuators
@@ -237,42 +264,15 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
             )
         return commands
 
-    def _add_endings(
-        self, infos: dict[str, Any], rows: Any, terminated: Bools, terms: NDArray[np.float64]
-    ) -> None:
-        """Add the episodes' metrics and, for derailments, their reasons."""
-        found = {i: episode_metrics(self._fleet, int(i)) for i in rows}
-        metrics: dict[str, Any] = {}
-        for name in found[rows[0]]:
-            values = np.zeros(self.num_envs)
-            values[rows] = [found[i][name] for i in rows]
-            metrics[name], metrics[f"_{name}"] = values, self._only(rows)
-        infos["episode_metrics"], infos["_episode_metrics"] = metrics, self._only(rows)
-        if terminated.any():
-            reasons = np.full(self.num_envs, None, dtype=object)
-            for i in np.flatnonzero(terminated):
-                reasons[i] = REASONS[int(terms[i, 6])]
-            infos["derailed"], infos["_derailed"] = reasons, terminated
-
-    def _final(self, infos: dict[str, Any], ended: Bools) -> dict[str, Any]:
-        """Move what belongs to the ended episodes into final_obs and final_info."""
+    def _final(self, rows: NDArray[np.int_], ended: Bools) -> dict[str, Any]:
+        """Return what belongs to the episodes that end in this step, as final_obs and final_info."""
         final_obs = np.full(self.num_envs, None, dtype=object)
-        for i in np.flatnonzero(ended):
+        for i in rows:
             final_obs[i] = self._history.stacked[i].copy()
-        final_info: dict[str, Any] = {}
-        kept: dict[str, Any] = {}
-        for name, value in infos.items():
-            if name.startswith("_"):
-                continue
-            mask = infos[f"_{name}"]
-            final_info[name], final_info[f"_{name}"] = value, mask & ended
-            if (mask & ~ended).any():
-                kept[name], kept[f"_{name}"] = value, mask & ~ended
         return {
-            **kept,
             "final_obs": final_obs,
             "_final_obs": ended.copy(),
-            "final_info": final_info,
+            "final_info": self._infos.infos(rows),
             "_final_info": ended.copy(),
         }
 
@@ -288,6 +288,7 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
             "fleet": self._fleet.snapshot(),
             "history": self._history.stacked.copy(),
             "generators": copy.deepcopy(self._generators),
+            "seeds": list(self._seeds_used),
             "ended": self._ended.copy(),
         }
 
@@ -296,10 +297,13 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
         self._fleet.restore(state["fleet"])
         self._history.stacked[:] = state["history"]
         self._generators = copy.deepcopy(state["generators"])
+        self._seeds_used = list(state["seeds"])
         self._seeded = all(generator is not None for generator in self._generators)
         self._ended = state["ended"].copy()
-        for recorder in self._recorders:
-            recorder.restart()
+        for i, episode in enumerate(self._fleet.episodes):
+            if episode is not None:
+                self._infos.start(i, episode)
+        self._views.forget()
 
     def set_speed_range(self, low: float, high: float) -> None:
         """Draw the speeds of later episodes from a part of ``speed_range`` (m/s), as in a curriculum.
@@ -314,31 +318,75 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
         high = checks.number("highest speed", high, low=low, high=most, unit="m/s")
         self._fleet.settings = dataclasses.replace(self.settings, speed_range=(low, high))
 
-    def render(self) -> tuple[NDArray[np.uint8] | None, ...] | None:  # type: ignore[override]
-        """Draw every environment; needs pygame (extra ``render``)."""
+    def render(self) -> tuple[Any, ...] | None:
+        """Draw every environment; needs pygame (extra ``render``).
+
+        Returns
+        -------
+        tuple or None
+            A picture (height, width, 3) of each environment; with ``rgb_array_list`` a list of those
+            of its steps since the last call, or since its reset.
+
+        Raises
+        ------
+        gymnasium.error.ResetNeeded
+            If they have not been reset yet.
+        """
         if self.render_mode is None:
             gym.logger.warn("render() needs a render mode; give render_mode='rgb_array' to make_vec")
             return None
-        return tuple(recorder.draw() for recorder in self._recorders)
+        return self._views.draw()
+
+    def call(self, name: str, *args: Any, **keywords: Any) -> tuple[Any, ...]:
+        """Call a method of every environment, or get an attribute, as ``SyncVectorEnv`` does.
+
+        Parameters
+        ----------
+        name : str
+            ``episode_metrics``, ``render``, or an attribute; those of the vector environment are the
+            same for all, spaces are those of single environments.
+        *args, **keywords
+            Of the method.
+
+        Raises
+        ------
+        AttributeError
+            If single environments of a batch have no such method or attribute.
+        """
+        if name in ("action_space", "observation_space"):
+            name = f"single_{name}"
+        found = getattr(self, name)
+        if name in ("episode_metrics", "render"):
+            results = found(*args, **keywords)
+            return (None,) * self.num_envs if results is None else tuple(results)
+        if callable(found):
+            raise AttributeError(
+                f"single environments of a batch have no method {name!r}; they have episode_metrics "
+                "and render"
+            )
+        return found if name in ("np_random", "np_random_seed") else (found,) * self.num_envs
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """Return an attribute of every environment (see :meth:`call`)."""
+        return self.call(name)
 
     def close_extras(self, **kwargs: Any) -> None:  # noqa: D102 - Gymnasium's protocol
-        for recorder in self._recorders:
-            recorder.close()
+        self._views.close()
 
 
-class BogieVectorEnv(HuntingVectorEnv):
+class BogieVectorEnv(HuntingVectorEnv, _GymnasiumsVectorEnv):
     """Many bogies; see :class:`railenv.envs.environment.BogieEnv`."""
 
     plant = "bogie"
 
 
-class DualWheelsetVectorEnv(HuntingVectorEnv):
+class DualWheelsetVectorEnv(HuntingVectorEnv, _GymnasiumsVectorEnv):
     """Many dual wheelsets; see :class:`railenv.envs.environment.DualWheelsetEnv`."""
 
     plant = "dual_wheelset"
 
 
-class CoachVectorEnv(HuntingVectorEnv):
+class CoachVectorEnv(HuntingVectorEnv, _GymnasiumsVectorEnv):
     """Many coaches; see :class:`railenv.envs.environment.CoachEnv`."""
 
     plant = "coach"

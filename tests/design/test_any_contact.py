@@ -65,15 +65,15 @@ def test_a_hunting_map_over_a_number_of_the_contact_agrees_with_a_branch(model, 
     chart = design.hunting_map(model, number, values)
     branch = design.cycle_branch(model.replace(**{number: values[1]}), points=60)
     assert chart.hopf_speed[1] == pytest.approx(branch.hopf.speed, rel=1e-8)
-    assert chart.fold_speed[1] == pytest.approx(branch.nonlinear_critical_speed, rel=1e-4)
-    assert chart.fold_speed[1] < chart.hopf_speed[1]
+    assert chart.onset_speed[1] == pytest.approx(branch.nonlinear_critical_speed, rel=1e-4)
+    assert chart.onset_speed[1] < chart.hopf_speed[1]
 
 
-def test_where_hunting_begins_gently_a_map_has_no_fold():
+def test_where_hunting_begins_gently_it_persists_from_the_hopf_point():
     chart = design.hunting_map(WEARING, "wear", [0.0])
-    assert np.isnan(chart.fold_speed).all()
-    assert chart.notes == ("hunting begins gently, at a lower speed than that of any fold",)
-    assert design.cycle_branch(WEARING).nonlinear_critical_speed > chart.hopf_speed[0]
+    assert chart.onset_speed[0] == chart.hopf_speed[0]
+    assert chart.onsets[0].rests_on == "Hopf"
+    assert design.cycle_branch(WEARING).nonlinear_critical_speed == chart.hopf_speed[0]
 
 
 def test_a_fixed_pair_of_profiles_has_no_conicity_to_vary():

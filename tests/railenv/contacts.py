@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 import railenv
 from railenv.contact.profiles import Profile
-from railenv.equations.contact import wheel
+from railenv.equations.contact import FLANGE_BLEND, point, wheel
 from railenv.equations.coordinates import Motion, Rail, Running
 
 SMOOTH = Rail(0.0, 0.0, 0.0)
@@ -51,6 +51,30 @@ def other(p, **changes):
 def without_creep(p, **changes):
     """Return numbers of a wheelset that has no friction."""
     return other(p, **dict.fromkeys(CREEP, 0.0), **changes)
+
+
+def spring_energy(y, p):
+    """Energy (J) of the springs behind the flanges: the integral of the blended spring."""
+    found = 0.0
+    for side in (+1, -1):
+        law = p.left if side > 0 else p.right
+        if not law.law.has_flange:
+            d = side * y - p.flange_clearance
+            root = np.sqrt(d * d + FLANGE_BLEND**2)
+            log = np.arcsinh(d / FLANGE_BLEND)
+            found += 0.25 * p.lateral_rail_stiffness * (d * d + d * root + FLANGE_BLEND**2 * log)
+    return found
+
+
+def rail_energy(q, p, rail=SMOOTH):
+    """Energy (J) that rails and flange springs hold."""
+    w = Motion(*q, 0.0, 0.0, 0.0, 0.0)
+    stored = spring_energy(w.y - rail.align, p)
+    for side in (+1, -1):
+        c = point(side, w, rail, p)
+        if complex(c.compression).real > 0.0:
+            stored += 0.5 * p.vertical_rail_stiffness * c.compression**2
+    return stored
 
 
 def loaded(**motion):

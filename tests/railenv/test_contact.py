@@ -11,7 +11,6 @@ from scipy.optimize import fsolve
 import railenv
 from railenv.equations import creep
 from railenv.equations.contact import (
-    FLANGE_BLEND,
     Normal,
     Wheel,
     contact,
@@ -42,6 +41,7 @@ from tests.railenv.contacts import (
     on_round_rail,
     other,
     pair,
+    rail_energy,
     rest,
     straight,
     without_creep,
@@ -106,30 +106,6 @@ def test_path_of_the_flange_reaches_it():
     assert spring > 1e4
 
 
-def spring_energy(y, p):
-    """Energy (J) of the springs behind the flanges: the integral of the blended spring."""
-    found = 0.0
-    for side in (+1, -1):
-        law = p.left if side > 0 else p.right
-        if not law.law.has_flange:
-            d = side * y - p.flange_clearance
-            root = np.sqrt(d * d + FLANGE_BLEND**2)
-            log = np.arcsinh(d / FLANGE_BLEND)
-            found += 0.25 * p.lateral_rail_stiffness * (d * d + d * root + FLANGE_BLEND**2 * log)
-    return found
-
-
-def energy(q, p, rail=SMOOTH):
-    """Energy (J) that rails and flange springs hold."""
-    w = Motion(*q, 0.0, 0.0, 0.0, 0.0)
-    stored = spring_energy(w.y - rail.align, p)
-    for side in (+1, -1):
-        c = point(side, w, rail, p)
-        if complex(c.compression).real > 0.0:
-            stored += 0.5 * p.vertical_rail_stiffness * c.compression**2
-    return stored
-
-
 @pytest.mark.parametrize("law", LAWS)
 def test_forces_of_the_rails_are_the_slope_of_their_energy(law):
     p = without_creep(numbers(laws()[law]))
@@ -141,7 +117,7 @@ def test_forces_of_the_rails_are_the_slope_of_their_energy(law):
         expected = []
         for i in range(4):
             moved = [complex(value, STEP * (i == j)) for j, value in enumerate(q)]
-            expected.append(-np.imag(energy(moved, p, rail)) / STEP)
+            expected.append(-np.imag(rail_energy(moved, p, rail)) / STEP)
         assert_allclose(found, expected, rtol=1e-8, atol=1e-9 * np.abs(expected).max())
 
 

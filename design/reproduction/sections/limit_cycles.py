@@ -61,8 +61,16 @@ class LimitCycles(Section):
         return fragment(
             "table.html",
             paragraphs=paragraphs,
-            caption="Hopf points and folds.",
-            header=("case", "track", "Hopf point", "kind", "frequency", "lowest fold", "branch ends"),
+            caption="Linear and nonlinear critical speeds.",
+            header=(
+                "case",
+                "track",
+                "Hopf point",
+                "kind",
+                "frequency",
+                "hunting persists from",
+                "branch ends",
+            ),
             rows=[_row(*each) for each in self._found(data)],
             words=2,
         )
@@ -107,14 +115,14 @@ def _track(radius: float) -> str:
 
 def _row(case: Case, radius: float, found: dict[str, Any]) -> tuple[str, ...]:
     branch = found["branch"]
-    fold = branch.nonlinear_critical_speed
+    onset = branch.onset
     return (
         case.title,
         _track(radius),
         f"{branch.hopf.speed:.3f} m/s",
         found["criticality"],
         f"{branch.hopf.frequency:.3f} Hz",
-        "none" if fold is None else f"{fold:.3f} m/s",
+        "none" if onset is None else f"{onset.value:.3f} m/s ({onset.rests_on})",
         f"{branch.speed[-1]:.1f} m/s",
     )
 

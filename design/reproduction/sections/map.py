@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from markupsafe import Markup
 
+from design.cycles.hunting_map import HuntingMap
 from design.reproduction import pieces
 from design.reproduction.cases import COACH
 from design.reproduction.document import fragment
@@ -15,7 +16,7 @@ from design.reproduction.store import Piece
 
 
 class Map(Section):
-    """Hopf point and fold against the conicity, for the coach."""
+    """Linear and nonlinear critical speeds against the conicity, for the coach."""
 
     key = "map"
     title = "Beyond the paper: worn wheels"
@@ -31,22 +32,19 @@ class Map(Section):
         """Return the table of the map."""
         found = data[self.pieces()[0].name]
         rows = [
-            (f"{value:.3f}", _speed(fold), _speed(hopf), note)
-            for value, fold, hopf, note in zip(
-                found.value, found.fold_speed, found.hopf_speed, found.notes, strict=True
-            )
+            (f"{value:.3f}", _speed(onset), rests_on, _speed(hopf), note)
+            for value, onset, rests_on, hopf, note in _rows(found)
         ]
         paragraphs = [
-            f"Wear makes wheels more conical. {COACH.title}, tangent track: below the fold it "
-            "never hunts, between "
-            "fold and Hopf point a large enough disturbance makes it hunt, above the Hopf point it "
-            "must.",
+            f"Wear makes wheels more conical. {COACH.title}, tangent track: below the nonlinear "
+            "critical speed it never hunts, between it and the Hopf point a large enough disturbance "
+            "makes it hunt, above the Hopf point it must.",
         ]
         return fragment(
             "table.html",
             paragraphs=paragraphs,
             caption="Speeds in m/s.",
-            header=("conicity", "fold", "Hopf point", "remark"),
+            header=("conicity", "nonlinear critical speed", "resting on", "Hopf point", "remark"),
             rows=rows,
             words=0,
         )
@@ -64,9 +62,14 @@ class Map(Section):
     def tables(self, data: Data) -> tuple[DataTable, ...]:
         """Return the map."""
         found = data[self.pieces()[0].name]
-        header = ("conicity", "fold_m_per_s", "hopf_m_per_s", "remark")
-        rows = list(zip(found.value, found.fold_speed, found.hopf_speed, found.notes, strict=True))
-        return (DataTable("map_conicity", header, rows),)
+        header = ("conicity", "nonlinear_critical_m_per_s", "rests_on", "hopf_m_per_s", "remark")
+        return (DataTable("map_conicity", header, _rows(found)),)
+
+
+def _rows(found: HuntingMap) -> list[tuple[float, float, str, float, str]]:
+    rests_on = ["" if onset is None else onset.rests_on for onset in found.onsets]
+    columns = (found.value, found.onset_speed, rests_on, found.hopf_speed, found.notes)
+    return list(zip(*columns, strict=True))
 
 
 def _speed(value: float) -> str:

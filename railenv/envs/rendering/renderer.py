@@ -38,7 +38,7 @@ class Renderer:
     mode : {"human", "rgb_array"}
         Show every frame in a window at the pace of ``fps``, or return it as an array. Arrays need no
         display.
-    fps : int
+    fps : float
         Frames per second at which a window runs.
     size : tuple of int
         Width and height in pixels, at least 640 by 400; the page is 960 by 600 and scaled to fit.
@@ -75,7 +75,7 @@ class Renderer:
     >>> renderer.close()
     """
 
-    def __init__(self, mode: Mode, fps: int, size: tuple[int, int] = (960, 600)) -> None:
+    def __init__(self, mode: Mode, fps: float, size: tuple[int, int] = (960, 600)) -> None:
         checks.choice("mode", mode, get_args(Mode))
         try:
             import pygame
@@ -88,7 +88,7 @@ class Renderer:
             ) from error
         self._pygame = pygame
         self.mode = mode
-        self.fps = int(checks.number("fps", fps, low=1.0, unit="1/s"))
+        self.fps = checks.number("fps", fps, low=1.0, unit="1/s")
         self.size = _checked_size(size)
         self._page: Page | None = None
         self._clock: Any = None

@@ -386,8 +386,8 @@ def test_speed_range_stays_within_that_of_the_environment():
     env = HuntingVecEnv.make(BOGIE, num_envs=16, speed_range=(50.0, 90.0)).vector_env
     env.set_speed_range(60.0, 61.0)
     _, infos = env.reset(seed=1)
-    assert (infos["conditions"]["speed"] >= 60.0).all()
-    assert (infos["conditions"]["speed"] <= 61.0).all()
+    assert (infos["speed"] >= 60.0).all()
+    assert (infos["speed"] <= 61.0).all()
     for low, high in ((40.0, 60.0), (60.0, 91.0), (70.0, 60.0)):
         with pytest.raises(railenv.ParameterError, match="speed"):
             env.set_speed_range(low, high)

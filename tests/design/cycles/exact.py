@@ -58,8 +58,8 @@ def _company(x, u, speed, curvature, cant, p):
     return [
         mu * a - p.omega * b - a * r2,
         p.omega * a + mu * b - b * r2,
-        sigma * c - p.nu * d + p.twist * (cos * c + sin * d) - c * c * c,
-        p.nu * c + (sigma - p.extra) * d + p.twist * (sin * c - cos * d) - d * d * d,
+        sigma * c - p.nu * d + p.twist * (cos * c + sin * d) - p.cube * c * c * c,
+        p.nu * c + (sigma - p.extra) * d + p.twist * (sin * c - cos * d) - p.cube * d * d * d,
     ]
 
 
@@ -68,7 +68,7 @@ _COMPANY = railenv.Model(
     ["a", "b", "c", "d"],
     [],
     _company,
-    {"omega": 3.0, "sigma": -1.0, "slope": 1.0, "nu": 0.0, "twist": 0.0, "extra": 0.0},
+    {"omega": 3.0, "sigma": -1.0, "slope": 1.0, "nu": 0.0, "twist": 0.0, "extra": 0.0, "cube": 1.0},
 )
 
 

@@ -27,7 +27,8 @@ def test_stuart_landau_amplitude_period_and_multiplier():
     )
     assert branch.stable.all()
     assert branch.trivial_error.max() < TIGHT
-    assert branch.nonlinear_critical_speed is None
+    assert branch.nonlinear_critical_speed == pytest.approx(MU, rel=1e-9)
+    assert branch.onset.rests_on == "Hopf"
     assert branch.speed[-1] == pytest.approx(13.0, rel=1e-12)
     assert branch.complete
 
@@ -214,14 +215,20 @@ def test_hunting_map_of_the_bautin_normal_form():
         exact.hopf_normal_form(l1=1.0, l2=-1.0), "l1", [1.0, 0.8, 0.6], speed_range=(8.0, 12.0)
     )
     np.testing.assert_allclose(chart.hopf_speed, MU, rtol=1e-8)
-    np.testing.assert_allclose(chart.fold_speed, MU - chart.value**2 / 4.0, rtol=1e-7)
+    np.testing.assert_allclose(chart.onset_speed, MU - chart.value**2 / 4.0, rtol=1e-7)
     assert chart.notes == ("", "", "")
 
 
-def test_hunting_map_says_why_there_is_no_fold():
+def test_hunting_map_of_a_gentle_onset_is_the_hopf_point():
     chart = design.hunting_map(exact.hopf_normal_form(l1=-1.0), "twist", [0.0])
-    assert np.isnan(chart.fold_speed).all()
-    assert "no fold" in chart.notes[0]
+    np.testing.assert_allclose(chart.onset_speed, MU, rtol=1e-8)
+    assert chart.onsets[0].rests_on == "Hopf"
+
+
+def test_hunting_map_says_why_there_is_no_onset():
+    chart = design.hunting_map(exact.planar(f_x=-1.0, g_y=-1.0, f_y=-2.0, g_x=2.0), "twist", [0.0])
+    assert np.isnan(chart.onset_speed).all()
+    assert "no Hopf point" in chart.notes[0]
 
 
 def test_kernels_differentiate_by_parameters_exactly():

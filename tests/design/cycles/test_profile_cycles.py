@@ -36,7 +36,8 @@ def test_two_folds_lead_from_the_tread_to_the_flange(model, branch):
 def test_hunting_persists_from_its_gentle_beginning(branch):
     """Not from the fold: below it there are small cycles already."""
     lowest = min(cycle.value for cycle in branch.cycles if cycle.stable)
-    assert branch.nonlinear_critical_speed == lowest < 92.0
+    assert branch.nonlinear_critical_speed == branch.hopf.speed < lowest < 92.0
+    assert branch.onset.rests_on == "Hopf"
 
 
 def test_slow_ramps_leave_the_branch_at_its_folds(model, branch):

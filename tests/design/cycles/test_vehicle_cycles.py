@@ -8,8 +8,8 @@ import pytest
 
 import design
 import railenv
-from design.cycles.continuation import position
 from design.cycles.periodic import PeriodicProblem
+from design.cycles.points import position
 from design.cycles.shooting import Shooting
 
 CANT = 0.0873  # rad, the paper's
@@ -115,6 +115,20 @@ def test_fold_agrees_with_a_slow_ramp_down(branch):
     assert ramp.critical_speed < fold  # a ramp lags
 
 
+def test_a_very_slow_ramp_ends_where_an_independent_program_has_the_fold(coach_branch):
+    """Between 91.40 and 91.50 m/s; the lag falls with the rate."""
+    fold = coach_branch.nonlinear_critical_speed
+    start = next(c for c in reversed(coach_branch.at(1.004 * fold, stable=True)))
+    slow, slower = (
+        design.speed_ramp(
+            coach_branch.setting.model, start=start.speed, stop=0.997 * fold, rate=rate, cycle=start
+        ).critical_speed
+        for rate in (0.002, 0.0005)
+    )
+    assert 91.40 < slower < fold < 91.50
+    assert fold - slower < 0.45 * (fold - slow)
+
+
 def test_stable_cycles_agree_with_long_simulations(branch):
     stable = [c for c in branch.cycles if c.stable and c.speed > 1.003 * branch.folds[0].value]
     for cycle in [stable[i] for i in np.linspace(0, len(stable) - 1, 6).astype(int)]:
@@ -195,7 +209,7 @@ def test_dual_wheelset_is_supercritical_with_both_wheelsets_hunting_in_phase(dua
     assert design.critical_speed(dual).criticality == "supercritical"
     branch = design.cycle_branch(dual, parameter_range=(30.0, 40.0), longest_step=0.2)
     np.testing.assert_allclose(branch.amplitude["y_w1"], branch.amplitude["y_w2"], rtol=1e-6)
-    assert branch.nonlinear_critical_speed is None
+    assert branch.nonlinear_critical_speed == pytest.approx(branch.hopf.speed, rel=1e-9)
     assert branch.stable.all()  # apart from the relative phase of the wheelsets, which is indifferent
     assert branch.multipliers.shape[1] == 14
 
@@ -277,7 +291,7 @@ def test_a_branch_in_conicity_meets_the_branch_in_speed(cooperrider, cooperrider
 
 def test_map_over_conicity_agrees_with_whole_branches(cooperrider):
     chart = design.hunting_map(cooperrider, "conicity", [0.05, 0.055, 0.06])
-    for value, hopf, fold in zip(chart.value, chart.hopf_speed, chart.fold_speed, strict=True):
+    for value, hopf, fold in zip(chart.value, chart.hopf_speed, chart.onset_speed, strict=True):
         branch = design.cycle_branch(cooperrider.replace(conicity=value), parameter_range=(50.0, 69.0))
         assert hopf == pytest.approx(branch.hopf.speed, rel=1e-8)
         assert fold == pytest.approx(branch.nonlinear_critical_speed, rel=1e-5)
@@ -384,4 +398,4 @@ def test_summary_and_text_of_a_branch_tell_its_fold(coach_branch):
     at_fold = coach_branch.folds[0]
     assert at_fold.precision < 1e-6
     assert len(coach_branch.summary()["speed"]) == len(coach_branch)
-    assert "fold at 91.4190" in str(coach_branch)
+    assert "from speed 91.419 m/s (fold" in str(coach_branch)

@@ -91,6 +91,23 @@ def test_stability_lost_and_gained_between_two_values_is_found():
     assert lost.frequency == pytest.approx(3.0 / (2.0 * math.pi))
 
 
+def test_narrow_range_of_a_mode_that_is_not_the_least_damped_is_found_between_values():
+    # growth rates -0.05, and -1 + 3 / (1 + ((p - 2.03) / 0.05)^2): positive from 1.9593 to 2.1007
+    def equations(x, u, speed, curvature, cant, p):
+        a, b, c, d = x
+        away = (p.q - 2.03) / 0.05
+        rate = -1.0 + 3.0 / (1.0 + away * away)
+        return [rate * a - 3.0 * b, 3.0 * a + rate * b, -0.05 * c - 7.0 * d, 7.0 * c - 0.05 * d]
+
+    model = railenv.Model("narrow", ["a", "b", "c", "d"], [], equations, {"q": 0.0})
+    locus = design.parameter_locus(model, "q", np.linspace(0.2, 4.2, 11), speed=10.0)
+    assert locus.growth.max() == pytest.approx(-0.05)
+    lost, gained = locus.critical_points
+    half = 0.05 * math.sqrt(2.0)
+    assert (lost.value, gained.value) == pytest.approx((2.03 - half, 2.03 + half), abs=1e-8)
+    assert lost.frequency == pytest.approx(3.0 / (2.0 * math.pi))
+
+
 def test_modes_are_followed_through_a_crossing_of_a_parameter():
     def equations(x, u, speed, curvature, cant, p):
         a, b, c, d = x

@@ -463,8 +463,38 @@ def test_bifurcation_maps_a_second_parameter_as_json():
     assert result.exit_code == 0, result.output
     found = json.loads(result.output)
     assert found["value"] == [0.05, 0.06]
-    assert found["fold_speed"][0] == pytest.approx(66.655, abs=0.01)
-    assert found["fold_speed"][1] < found["fold_speed"][0]
+    assert found["onset_speed"][0] == pytest.approx(66.655, abs=0.01)
+    assert found["onset_speed"][1] < found["onset_speed"][0]
+
+
+def test_bifurcation_finds_every_branch(tmp_path):
+    drawing = tmp_path / "diagram.png"
+    options = ["--all", "--model", "cooperrider", "--lowest", "60", "--highest", "72"]
+    result = CliRunner().invoke(cli.app, ["bifurcation", *options, "--plot", str(drawing)])
+    assert result.exit_code == 0, result.output
+    assert "hunting can persist from speed 66.6551 m/s (fold" in result.output
+    assert "branch 0, from Hopf at 68.644 m/s" in result.output
+    assert drawing.stat().st_size > 1000
+    result = CliRunner().invoke(cli.app, ["bifurcation", *options, "--simulated", "3"])
+    assert "--all goes with neither" in str(result.exception)
+
+
+def test_bifurcation_follows_curves_over_a_parameter(tmp_path):
+    options = ["--model", "cooperrider", "--curve", "conicity=0.048:0.052"]
+    file = tmp_path / "curves.png"
+    result = CliRunner().invoke(cli.app, ["bifurcation", *options, "--plot", str(file)])
+    assert result.exit_code == 0, result.output
+    assert file.stat().st_size > 0
+    assert "68.644" in result.output
+    assert "66.655" in result.output
+    result = CliRunner().invoke(cli.app, ["bifurcation", *options, "--json"])
+    found = json.loads(result.output)["curves"]
+    assert [curve["kind"] for curve in found] == ["Hopf", "fold of cycles"]
+    assert found[0]["value"]["conicity"][0] == 0.048
+    result = CliRunner().invoke(cli.app, ["bifurcation", "--curve", "conicity=0.1"])
+    assert "name=low:high" in str(result.exception)
+    result = CliRunner().invoke(cli.app, ["bifurcation", *options, "--map", "conicity=0.1:0.2:2"])
+    assert "neither --map nor --simulated" in str(result.exception)
 
 
 def test_a_malformed_map_is_an_error():

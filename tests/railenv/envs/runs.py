@@ -4,6 +4,8 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
+from railenv.envs.environment import TERM_NAMES
+
 IDS = ("railenv/Bogie-v1", "railenv/DualWheelset-v1")
 BOGIE, DUAL = IDS
 
@@ -24,7 +26,7 @@ def roll(env, actions):
     rows = []
     for action in actions:
         observation, reward, terminated, truncated, info = env.step(action)
-        terms = [info[k] for k in ("hunting", "excursion", "ride", "effort", "derailment")]
+        terms = [info[k] for k in TERM_NAMES]
         rows.append([*observation, reward, terminated, truncated, *terms, *env.fleet.state(0)])
         if terminated or truncated:
             break

@@ -9,6 +9,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import railenv
+from railenv.envs import DERAILED
 from railenv.envs.metrics import CFR_LIMIT, band_passed, largest_sliding_rms
 from railenv.errors import ParameterError, UnknownNameError
 from tests.railenv.envs.runs import BOGIE, actions_of, make, roll
@@ -91,7 +92,7 @@ def test_rows_of_a_vector_environment_are_single_environments_to_the_bit(keyword
         env = make(COACH, **keywords)
         first, info = env.reset(seed=7 + i)
         np.testing.assert_array_equal(first, seen[0][0][i])
-        assert info["conditions"]["body_mass"] == infos["conditions"]["body_mass"][i]
+        assert info["body_mass"] == infos["body_mass"][i]
         for k, action in enumerate(actions):
             observation, reward, *_ = env.step(action[i])
             np.testing.assert_array_equal(observation, seen[k + 1][0][i])
@@ -119,7 +120,9 @@ def test_same_seed_same_episode_and_exact_resume():
 def test_options_pin_an_episode(env):
     pins = {**CURVE, "offset": 0.002, "friction": 0.3, "body_mass": 36e3, "conicity": 0.08}
     _, info = env.reset(seed=1, options=pins)
-    assert {name: info["conditions"][name] for name in pins} == pins
+    drawn = {name: value for name, value in pins.items() if name != "radius"}
+    assert {name: info[name] for name in drawn} == drawn
+    assert info["curvature"] == 1.0 / pins["radius"]
     assert state_of(env)["y_body"] - env.fleet.equilibrium(0)[26] == pytest.approx(0.002)
     assert env.fleet.episodes[0].plant.parameters["body_mass"] == 36e3
     with pytest.raises(UnknownNameError, match="frame_mass"):
@@ -180,8 +183,8 @@ def test_readings_of_a_curve_are_those_of_a_steady_body():
 # ---------------------------------------------------------------------------------- reward
 
 
-def expected_terms(env, equilibrium):
-    """Terms of the reward from states, in plain Python."""
+def expected_terms(env, equilibrium, actions):
+    """Terms of the reward from states and the last two actions, in plain Python."""
     model, x = env.fleet.model, state_of(env)
     x0 = dict(zip(model.plant.state_names, equilibrium, strict=True))
     speed, curvature, cant = env.fleet.conditions(0)
@@ -204,7 +207,10 @@ def expected_terms(env, equilibrium):
     ride = signals["force_body"] - steady
     shares = [x[n] / limit for n, limit in zip(state_of_actuators(model), model.limits, strict=True)]
     effort = sum(s * s for s in shares) / len(shares)
-    return [*(s / (1.0 + s) for s in (hunting, excursion, (ride / 0.5) ** 2)), effort]
+    amplitudes = [8.0 * math.sqrt(hunting), 8.0 * math.sqrt(excursion), abs(ride) / (0.5 / 3.0)]
+    now, before = actions
+    commands = [np.mean(np.square(now)), np.mean(np.abs(now - before)) / 2.0]
+    return [*(s / (1.0 + s) for s in amplitudes), effort, *commands]
 
 
 def state_of_actuators(model):
@@ -216,13 +222,15 @@ def test_reward_is_the_documented_formula(place):
     env = make(COACH, actuator=place)
     env.reset(seed=2, options=CURVE)
     equilibrium = railenv.find_equilibrium(env.fleet.model.plant, **CURVE).state
+    before = np.zeros(env.action_space.shape)
     for action in actions_of(env, 25):
         _, reward, terminated, _, info = env.step(action)
-        terms = expected_terms(env, equilibrium)
-        found = [info[t] for t in ("hunting", "excursion", "ride", "effort")]
+        terms = expected_terms(env, equilibrium, (np.asarray(action), before))
+        before = np.asarray(action)
+        found = [info[t] for t in ("hunting", "excursion", "ride", "effort", "command", "change")]
         assert found == pytest.approx(terms, rel=1e-5, abs=1e-7)
-        total = 0.4 * terms[0] + 0.3 * terms[1] + 0.2 * terms[2] + 0.1 * terms[3]
-        assert reward == pytest.approx(-total, rel=1e-5, abs=1e-7)
+        cost = np.dot([0.35, 0.25, 0.2, 0.05, 0.05, 0.1], terms)
+        assert reward == pytest.approx(1.0 - cost, rel=1e-5, abs=1e-7)
         assert not terminated
     assert found[2] > 0.01
 
@@ -237,7 +245,7 @@ def test_ride_is_that_of_the_body_and_instability_that_of_the_frames(env):
         force = env.fleet.model.signals(env.fleet.state(0), speed=115.0)
         shaken.append(force[:2])
     metrics, shaken = env.episode_metrics(), np.array(shaken)
-    ride = 0.5 * np.sqrt(np.array(felt) / (1.0 - np.array(felt)))
+    ride = 0.5 / 3.0 * np.array(felt) / (1.0 - np.array(felt))
     assert metrics["acceleration_peak"] == pytest.approx(ride.max(), rel=1e-9)
     assert metrics["acceleration_rms"] == pytest.approx(math.sqrt(np.mean(ride**2)), rel=1e-9)
     by_frame = [
@@ -254,7 +262,7 @@ def test_steady_running_in_a_curve_costs_nothing(env, hand):
     env.reset(seed=0, options=pins)
     assert abs(state_of(env)["y_body"]) > 5e-3  # there is an offset that could be punished
     rewards = [env.step([0.0, 0.0])[1] for _ in range(200)]
-    assert -1e-9 < min(rewards) <= 0.0
+    assert 1.0 - 1e-4 < min(rewards) <= 1.0
 
 
 def test_damped_above_the_critical_speed_it_scores_well_and_idle_badly(env):
@@ -269,8 +277,8 @@ def test_damped_above_the_critical_speed_it_scores_well_and_idle_badly(env):
             rewards.append(reward)
             assert not terminated
         scores.append(np.mean(rewards))
-    assert scores[0] < -0.2
-    assert scores[1] > -0.02
+    assert scores[0] < 0.7
+    assert scores[1] > scores[0] + 0.2
 
 
 # ------------------------------------------------------------------------------ derailment
@@ -282,13 +290,13 @@ def test_any_wheelset_derails(env, wheelset):
     set_states(env, **{f"y_{wheelset}": 0.06})
     *_, terminated, _, info = env.step([0.0, 0.0])
     assert terminated
-    assert info["derailed"] == "lateral displacement above 30 mm"
+    assert DERAILED[info["derailed"]] == "lateral displacement above 30 mm"
     env.reset(seed=0, options={"speed": 50.0, "radius": math.inf})
     set_states(env, **{f"z_{wheelset}": 0.05, f"dz_{wheelset}": 1.0})
     for k in range(8):  # 0.25 m a step
         *_, terminated, _, info = env.step([0.0, 0.0])
         assert terminated == (k == 7), k
-    assert info["derailed"] == "wheel lift over 2 m"
+    assert DERAILED[info["derailed"]] == "wheel lift over 2 m"
 
 
 # ------------------------------------------------------------------------------- actuators

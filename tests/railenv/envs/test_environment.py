@@ -85,7 +85,7 @@ def test_steps_need_a_reset(name):
 @both
 def test_duration_ends_an_episode_and_max_episode_steps_before_it(name):
     env = gym.make(name)
-    assert env.spec.max_episode_steps is None
+    assert env.spec.max_episode_steps == 2000
     assert env.unwrapped.settings.duration == 10.0
     assert env.unwrapped.settings.control_period == 0.005
     env = gym.make(name, duration=0.02, max_episode_steps=3)
@@ -129,7 +129,9 @@ def test_unknown_keywords_raise_with_a_suggestion(name):
         ({"actuator": "tertiary"}, "allowed are none, secondary, primary"),
         ({"track": "loop"}, "allowed are constant, curve"),
         ({"irregularity": "medium"}, "allowed are low, high"),
-        ({"weights": {"ride": 1.0}}, "must be RewardWeights"),
+        ({"weights": 1.0}, "must be a RewardWeights or a mapping"),
+        ({"weights": {"comfort": 1.0}}, "unknown field of weights: 'comfort'"),
+        ({"weights": {"ride": -1.0}}, "reward weight ride"),
         ({"randomize": {"frictio": (0.1, 0.2)}}, "did you mean 'friction'"),
         ({"actuator_model": 3}, "must be a railenv.Actuator"),
         ({"sensors": 3}, "must be a railenv.Sensors"),

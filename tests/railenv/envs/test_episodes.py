@@ -14,12 +14,12 @@ GRAVITY = 9.81
 
 
 def conditions(env, seeds, **options):
-    drawn = [env.reset(seed=seed, options=options)[1]["conditions"] for seed in seeds]
+    drawn = [env.reset(seed=seed, options=options)[1] for seed in seeds]
     return {key: np.array([c[key] for c in drawn]) for key in drawn[0]}
 
 
 def deficiency(c):
-    return c["speed"] ** 2 / (GRAVITY * c["radius"]) - c["cant"]
+    return c["speed"] ** 2 * c["curvature"] / GRAVITY - c["cant"]
 
 
 @both
@@ -30,16 +30,16 @@ def test_conditions_are_drawn_from_their_ranges(name):
     low, high = env.settings.speed_range
     assert low <= c["speed"].min() < low + 0.05 * (high - low)
     assert high - 0.05 * (high - low) < c["speed"].max() <= high
-    tangent = np.isinf(c["radius"])
+    tangent = c["curvature"] == 0.0
     assert 0.17 < tangent.mean() < 0.33
     assert (c["cant"][tangent] == 0.0).all()
     curved = {key: values[~tangent] for key, values in c.items()}
-    assert 0.4 < (curved["radius"] > 0.0).mean() < 0.6
-    assert (np.sign(curved["radius"]) == np.sign(curved["cant"])).all()
+    assert 0.4 < (curved["curvature"] > 0.0).mean() < 0.6
+    assert (np.sign(curved["curvature"]) == np.sign(curved["cant"])).all()
     assert np.abs(curved["cant"]).max() <= 0.0873
-    assert np.abs(curved["radius"]).min() >= 250.0 * (1.0 - 1e-9)
+    assert np.abs(curved["curvature"]).max() <= (1.0 + 1e-9) / 250.0
     assert np.abs(deficiency(curved)).max() <= 0.1 * (1.0 + 1e-9)
-    inwards = deficiency(curved) * np.sign(curved["radius"])
+    inwards = deficiency(curved) * np.sign(curved["curvature"])
     assert inwards.min() < -0.03
     assert inwards.max() > 0.06
     assert np.abs(c["offset"]).max() <= 0.003
@@ -62,7 +62,7 @@ def test_narrow_ranges_are_kept():
     assert (np.abs(c["cant"]) == 0.05).all()
     assert np.abs(deficiency(c)).max() <= 0.02 * (1.0 + 1e-9)
     assert (c["offset"] == 0.0).all()
-    assert np.isinf(conditions(make(BOGIE, tangent_share=1.0), range(20))["radius"]).all()
+    assert not conditions(make(BOGIE, tangent_share=1.0), range(20))["curvature"].any()
 
 
 PINS = {
@@ -83,7 +83,8 @@ PINS = {
 def test_each_quantity_can_be_pinned_and_the_others_stay_drawn(name, pin):
     env = make(name, irregularity="low", speed_range=(50.0, 90.0))
     c = conditions(env, range(8), **{pin: PINS[pin]})
-    np.testing.assert_allclose(c[pin], PINS[pin], rtol=1e-12)
+    found = 1.0 / c["curvature"] if pin == "radius" else c[pin]
+    np.testing.assert_allclose(found, PINS[pin], rtol=1e-12)
     free = conditions(env, range(8))
     for other in ("offset", "irregularity_factor", "conicity", "friction", "body_mass"):
         if other != pin:
@@ -111,8 +112,35 @@ def test_everything_pinned_at_once(name):
     if name == BOGIE:  # on hollow treads
         pins |= {"contact_angle": 0.03, "rail_profile_radius": 0.25}
     _, info = env.reset(seed=0, options=pins)
-    assert info["conditions"] == pytest.approx(pins)
+    expected = {n: v for n, v in pins.items() if n != "radius"} | {"curvature": 1.0 / 4000.0}
+    conditions = env.fleet.episodes[0].conditions()
+    assert conditions == pytest.approx(expected)
+    assert conditions == {n: info[n] for n in expected}
     assert env.fleet.conditions(0) == pytest.approx((50.0, 1.0 / 4000.0, 0.03))
+
+
+@both
+def test_conditions_of_an_info_pin_the_same_episode(name):
+    env = make(name, irregularity="low", randomize={"friction": (0.1, 0.4)})
+    for seed in range(8):  # on curves and on tangent track
+        observation, info = env.reset(seed=seed)
+        pins = env.fleet.episodes[0].conditions()
+        again, same = env.reset(seed=seed, options={n: info[n] for n in pins})
+        np.testing.assert_array_equal(again, observation)
+        assert same == info
+
+
+def test_a_curve_is_pinned_by_radius_or_curvature():
+    env = make(BOGIE)
+    one, first = env.reset(seed=0, options={"radius": -4000.0})
+    two, second = env.reset(seed=0, options={"curvature": -1.0 / 4000.0})
+    np.testing.assert_array_equal(one, two)
+    assert first == second
+    assert env.reset(seed=0, options={"curvature": 0.0})[1]["curvature"] == 0.0
+    with pytest.raises(ParameterError, match="options pin radius and curvature"):
+        env.reset(options={"radius": 4000.0, "curvature": 1.0 / 4000.0})
+    with pytest.raises(ParameterError, match="curvature is 2 1/m"):
+        env.reset(options={"curvature": 2.0})
 
 
 @pytest.mark.parametrize(
@@ -151,7 +179,7 @@ def test_possible_pins_never_raise(pins):
     """What is not pinned is drawn such that it goes with what is."""
     env = make(BOGIE)
     for seed in range(30):
-        c = env.reset(seed=seed, options=pins)[1]["conditions"]
+        c = env.reset(seed=seed, options=pins)[1]
         assert abs(deficiency(c)) <= 0.1 * (1.0 + 1e-9)
 
 
@@ -185,7 +213,7 @@ def test_track_runs_through_tangent_clothoid_curve_clothoid():
     complete = 0
     for seed in range(8):
         _, info = env.reset(seed=seed, options={"speed": 70.0, "offset": 0.0})
-        curvature, cant = 1.0 / info["conditions"]["radius"], info["conditions"]["cant"]
+        curvature, cant = info["curvature"], info["cant"]
         start, full, leave, end = env.fleet.episodes[0].plan
         assert 0.0 < start < full < leave < end
         assert full - start == pytest.approx(end - leave)
@@ -262,7 +290,7 @@ def test_rails_are_straight_without_irregularity():
     for _ in range(5):
         env.step([0.0])
     assert (env.fleet.rails(0) == 0.0).all()
-    assert info["conditions"]["irregularity_factor"] == 0.0
+    assert info["irregularity_factor"] == 0.0
 
 
 def test_episodes_start_all_over_the_line():

@@ -47,10 +47,12 @@ def test_environment_is_the_simulation_of_the_equipped_model(name, command, curv
 def test_environment_starts_at_the_running_equilibrium(name):
     env = make(name)
     for seed in range(6):
-        _, info = env.reset(seed=seed, options={"offset": 0.0})
-        c = info["conditions"]
+        _, c = env.reset(seed=seed, options={"offset": 0.0})
         found = railenv.find_equilibrium(
-            env.fleet.model, speed=c["speed"], radius=c["radius"], cant=c["cant"]
+            env.fleet.model,
+            speed=c["speed"],
+            radius=env.fleet.episodes[0].radius,
+            cant=c["cant"],
         )
         scale = env.fleet.model.scale
         np.testing.assert_allclose(env.fleet.state(0) / scale, found.state / scale, atol=1e-5)

@@ -56,9 +56,9 @@ def normal_forces(q, rail, p):
 def contact(w: Motion, rail: Rail, run: Running, p) -> ContactForce:
     """Forces of the rails on a wheelset: normal load, creep and flange springs."""
     q = (w.y - rail.align, w.z, w.phi, w.psi)
-    wheels = [_creep(s, q, w, rail, run, p) for s in (+1, -1)]
+    wheels = [creep(s, q, w, rail, run, p) for s in (+1, -1)]
     force, moment = np.zeros(3), np.zeros(3)
-    for (linear, spin, _, basis, arm), share in zip(wheels, _shares(wheels, p), strict=True):
+    for (linear, spin, _, basis, arm), share in zip(wheels, shares(wheels, p), strict=True):
         along, across, normal = basis
         acting = share * (linear[0] * along + linear[1] * across)
         force += acting
@@ -72,7 +72,7 @@ def contact(w: Motion, rail: Rail, run: Running, p) -> ContactForce:
     )
 
 
-def _creep(s, q, w, rail, run, p):
+def creep(s, q, w, rail, run, p):
     """Linear creep force and spin moment of a wheel, its load, axes of its plane, and its arm."""
     y, z, phi, psi = q
     load = p.vertical_rail_stiffness * max(compression(s, y, z, phi, psi, rail, p), 0.0)
@@ -100,8 +100,8 @@ def _creep(s, q, w, rail, run, p):
     return linear, f12 * xi_y - f22 * spin, load * plane, (along, across, normal), arm
 
 
-def _shares(wheels, p):
-    """Share of the linear creep forces that each wheel transmits."""
+def shares(wheels, p):
+    """Share of the linear creep forces that each wheel transmits, of what ``creep`` gives for both."""
     demand = [np.sqrt(f @ f + CREEP_FORCE_FLOOR**2) if load else 0.0 for f, _, load, _, _ in wheels]
     limit = [p.friction * load for _, _, load, _, _ in wheels]
     if getattr(p, "saturation_of", "wheelset") == "wheelset":

@@ -169,6 +169,11 @@ def random_state(assembly, rng, size=1.0):
 # -------------------------------------------------- points, energy and losses, by themselves
 
 
+def cross(a, b):
+    """Cross product; far quicker for one vector than that of NumPy."""
+    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
 def point(vehicle, name, x, place):
     """Displacement and velocity of a point of a body: its centre's, and the turn about that."""
     n = sum(map(len, vehicle.coordinates.values()))
@@ -189,25 +194,62 @@ def point(vehicle, name, x, place):
     body = vehicle.body(name)
     arm = np.asarray(place) - [body.x, 0.0, body.z]
     (u, turn), (du, dturn) = moves
-    return u + np.cross(turn, arm), du + np.cross(dturn, arm), turn, dturn
+    return u + cross(turn, arm), du + cross(dturn, arm), turn, dturn
 
 
 def stretches(vehicle, e, x):
-    """Displacement, velocity, turn and its rate of B against A, at each place of an element."""
+    """Displacement, velocity, turn and its rate of B against A, at each place of an element.
+
+    Where loads shift, the vertical displacement is that to second order of the middle between both
+    sides: :func:`sinking`.
+    """
     middle = vehicle.body(e.between[0]).x if e.x is None else e.x
+    further = sinking(vehicle, e, x, middle) if vehicle.shifting_loads else (0.0, 0.0)
     found = []
     for side in (+1, -1) if e.pair else (1,):
         ends = [point(vehicle, name, x, (middle, side * e.y, e.z)) for name in e.between]
-        found.append([b - a for a, b in zip(*ends, strict=True)])
+        moved = [b - a for a, b in zip(*ends, strict=True)]
+        for part, more in zip(moved, further, strict=False):
+            part[2] += more
+        found.append(moved)
     return found
+
+
+def sinking(vehicle, e, x, middle):
+    """Second order of the vertical stretch of an element and its rate, by turned arms.
+
+    The arms turn with their bodies, and the vertical is the mean of both bodies' own.
+    """
+    n = sum(map(len, vehicle.coordinates.values()))
+    place = np.array([middle, 0.0 if e.pair else e.y, e.z])
+
+    def second(q):
+        moved = np.concatenate([q, np.zeros(len(x) - n)])
+        tops, turns = [], []
+        for name in e.between:
+            u, _, turn, _ = point(vehicle, name, moved, place)
+            body = vehicle.body(name)
+            height = 0.0 if body is None else e.z - body.z
+            tops.append((u[0], u[1], -height * (turn[0] ** 2 + turn[1] ** 2) / 2.0))
+            turns.append(turn)
+        (x_a, y_a, sunk_a), (x_b, y_b, sunk_b) = tops
+        roll, pitch = (turns[0][:2] + turns[1][:2]) / 2.0
+        return sunk_b - sunk_a - roll * (y_b - y_a) + pitch * (x_b - x_a)
+
+    step = 1e-30
+    return second(x[:n]), second(x[:n] + 1j * step * x[n : 2 * n]).imag / step
 
 
 def energy_and_loss(assembly, x):
     """Energy stored in all elements (J), and what they turn into heat (W), on tangent track."""
-    vehicle = numbers(assembly)
+    return energy_and_loss_of(numbers(assembly), assembly.elements, x)
+
+
+def energy_and_loss_of(vehicle, parts, x):
+    """Return the same of an assembly's numbers and of the elements as they are declared."""
     n = 2 * sum(map(len, vehicle.coordinates.values()))
     stored = lost = 0.0
-    for e, part in zip(vehicle.elements, assembly.elements, strict=True):
+    for e, part in zip(vehicle.elements, parts, strict=True):
         q, n = x[n : n + e.n_states], n + e.n_states
         for k, (d, v, turn, dturn) in enumerate(stretches(vehicle, e, x)):
             axis = "xyz".index(e.axis) if e.axis else 0

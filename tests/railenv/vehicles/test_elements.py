@@ -137,10 +137,10 @@ def test_bodies_that_lie_along_a_circle_see_each_other_as_on_straight_track():
 # ------------------------------------------------------------------------- energy
 
 
+@pytest.mark.parametrize("shifting", [False, True])
 @pytest.mark.parametrize("seed", range(3))
-def test_power_of_all_elements_is_what_leaves_their_store_and_what_is_lost(seed):
-    assembly = everything(seed)
-    assembly = dataclasses.replace(assembly, wheelbase_curving=0.0)
+def test_power_of_all_elements_is_what_leaves_their_store_and_what_is_lost(seed, shifting):
+    assembly = dataclasses.replace(everything(seed), wheelbase_curving=0.0, shifting_loads=shifting)
     rng = np.random.default_rng(100 + seed)
     n = sum(map(len, assembly.coordinates.values()))
     u = np.zeros(len(assembly.input_names))

@@ -1,0 +1,90 @@
+"""The lowest value at which hunting of a branch can persist, and what that rests on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Any, Protocol
+
+from design.stability.loss import CriticalSpeed
+
+
+class Branch(Protocol):
+    """What is read of a branch of limit cycles."""
+
+    @property
+    def parameter(self) -> str:
+        """Name of the parameter."""
+
+    @property
+    def cycles(self) -> Sequence[Any]:
+        """Its motions, in order."""
+
+    @property
+    def special(self) -> Sequence[Any]:
+        """Its special points, in order."""
+
+    @property
+    def hopf(self) -> CriticalSpeed | None:
+        """Where it starts, if it does so at a Hopf point."""
+
+
+@dataclass(frozen=True)
+class HuntingOnset:
+    """The lowest value of a parameter at which hunting can persist.
+
+    Attributes
+    ----------
+    parameter : str
+    value : float
+        The parameter there; of the speed, m/s.
+    rests_on : str
+        "fold", "Hopf", "torus", "period doubling", "symmetry breaking" or "branch point": the point of
+        the branch at which stable motions begin. "stable motion": stable motions were computed down to
+        there, and where they begin was not located. "end of the branch": they go on to where the
+        branch was no longer followed, so that hunting may persist below.
+    frequency : float
+        Of the motion there, Hz.
+    """
+
+    parameter: str
+    value: float
+    rests_on: str
+    frequency: float
+
+    def __str__(self) -> str:
+        unit = " m/s" if self.parameter == "speed" else ""
+        return (
+            f"hunting can persist from {self.parameter} {self.value:.6g}{unit} "
+            f"({self.rests_on}, {self.frequency:.4f} Hz)"
+        )
+
+
+def onset_of(branch: Branch) -> HuntingOnset | None:
+    """Return the lowest value at which a stable motion of a branch exists; None without any."""
+    found = min(_beginnings(branch), key=lambda o: o.value, default=None)
+    if found is not None:
+        lowest = min(c.value for c in branch.cycles if c.stable)
+        assert found.value <= lowest, f"{found}, but a motion at {lowest:.9g} is stable"
+    return found
+
+
+def _beginnings(branch: Branch) -> Iterator[HuntingOnset]:
+    """Yield the points of every stable stretch where it may begin."""
+    name, cycles = branch.parameter, branch.cycles
+    for stable, run in groupby(range(len(cycles)), key=lambda i: cycles[i].stable):
+        if not stable:
+            continue
+        members = list(run)
+        first, last = members[0], members[-1]
+        for point in branch.special:
+            if first <= point.after <= last + 1:
+                yield HuntingOnset(name, point.value, point.kind, point.cycle.frequency)
+        lowest = min((cycles[i] for i in members), key=lambda c: c.value)
+        open_ends = (cycles[i] for i in (first, last) if i in (0, len(cycles) - 1))
+        kind = "end of the branch" if lowest in open_ends else "stable motion"
+        yield HuntingOnset(name, lowest.value, kind, lowest.frequency)
+        hopf = branch.hopf
+        if first == 0 and name == "speed" and hopf is not None and hopf.speed is not None:
+            yield HuntingOnset(name, hopf.speed, "Hopf", hopf.frequency or cycles[0].frequency)

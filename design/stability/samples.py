@@ -1,0 +1,219 @@
+"""Modes sampled along a line, and the rates at which they change; the branch of equilibria over speed.
+
+Along the branch the rates are exact but for the derivative of the matrix, which is a difference over a
+tiny step.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from design.loop.dynamics import Dynamics
+from design.stability.spectra import Complex, Spectra
+from railenv.equilibrium import Branch, Point, SpeedPath
+
+Array = NDArray[np.float64]
+
+ALIKE = 1e-6
+"""Eigenvalues that differ by less than this fraction of the largest count as one."""
+
+_TINY_STEP = 1e-5  # units of arclength, over which the matrix is differentiated
+_FORGOTTEN = 1e-2  # multipliers smaller than this count as this: what a map forgets in a period
+_ZERO = 1e-9  # growth rates below this, times the root of the largest derivative, are rounding error
+_ROUNDING = 1e-10  # of the largest derivative: what differences of growth rates may be wrong by
+
+
+class Spectral(Protocol):
+    """Eigenvalues of a matrix (multipliers of a system in discrete time), their rates and vectors."""
+
+    @property
+    def values(self) -> Complex:
+        """Eigenvalues."""
+
+    @property
+    def rates(self) -> Complex:
+        """Their derivatives with respect to the arclength along the line."""
+
+    def vector(self, k: int) -> Complex:
+        """Return the right eigenvector of an eigenvalue."""
+
+
+class Sample(NamedTuple):
+    """Modes of a linear system at a place of the line along which it changes.
+
+    Attributes
+    ----------
+    point : Point or float
+        Of a branch of equilibria; value of a parameter.
+    spectrum : Spectral
+    growth, growth_rates : ndarray, shape (n_modes,)
+        Growth rates (1/s), and their derivatives.
+    real, unstable, damped : ndarray of bool, shape (n_modes,)
+        Which eigenvalues are real, which modes grow, and which die out within a cycle.
+    zero : float
+        Growth rate (1/s) up to which a mode does not count as unstable, within rounding.
+    rounding : float
+        1/s, what may be wrong with a difference of growth rates.
+    """
+
+    point: Any
+    spectrum: Spectral
+    growth: Array
+    growth_rates: Array
+    real: NDArray[np.bool_]
+    unstable: NDArray[np.bool_]
+    damped: NDArray[np.bool_]
+    zero: float
+    rounding: float
+
+    @property
+    def values(self) -> Complex:
+        """Eigenvalues of the matrix."""
+        return self.spectrum.values
+
+    @property
+    def rates(self) -> Complex:
+        """Their derivatives."""
+        return self.spectrum.rates
+
+
+class Line(Protocol):
+    """Something along which a linear system changes."""
+
+    @property
+    def period(self) -> float | None:
+        """Sampling period, s; None in continuous time."""
+
+    def between(self, a: Sample, b: Sample, fraction: float) -> Sample:
+        """Return the modes at a fraction of the way from a to b.
+
+        Raises
+        ------
+        Stuck
+            If there is no such place.
+        """
+
+    def paces(self, a: Sample, b: Sample) -> tuple[float, float]:
+        """Return the arclength per fraction of the way from a to b, at both."""
+
+    def reach(self, sample: Sample) -> float:
+        """Return by how much a place changes per arclength, in the measure of :meth:`gap`."""
+
+    def gap(self, a: Sample, b: Sample) -> float:
+        """Return how far apart two places are, relative to what they are measured by."""
+
+
+def growing(values: Complex, rates: Complex, period: float | None) -> tuple[Array, Array]:
+    """Return the growth rates (1/s) of eigenvalues or multipliers, and how fast they change."""
+    if period is None:
+        return values.real, rates.real
+    size = np.abs(values)
+    held = np.maximum(size, _FORGOTTEN)
+    change = np.where(size > _FORGOTTEN, (rates * values.conj()).real / held**2, 0.0)
+    return np.log(held) / period, change / period
+
+
+def samples_of(
+    points: Sequence[Any], spectra: Sequence[Spectral], period: float | None, sizes: Array
+) -> list[Sample]:
+    """Return samples of spectra.
+
+    Parameters
+    ----------
+    points : sequence
+    spectra : sequence of Spectral
+    period : float or None
+        s.
+    sizes : ndarray
+        Of what the eigenvalues are of: largest entries, or largest eigenvalues.
+    """
+    values = np.array([spectrum.values for spectrum in spectra])
+    rates = np.array([spectrum.rates for spectrum in spectra])
+    growth, growth_rates = growing(values, rates, period)
+    largest = np.maximum(sizes, 1.0)
+    zero = _ZERO * np.sqrt(largest)
+    frequencies = np.abs(values.imag if period is None else np.angle(values) / period)
+    return [
+        *map(
+            Sample,
+            points,
+            spectra,
+            growth,
+            growth_rates,
+            values.imag == 0.0,
+            growth > zero[:, None],
+            growth < -frequencies,
+            zero.tolist(),
+            (_ROUNDING * largest).tolist(),
+        )
+    ]
+
+
+@dataclass(frozen=True)
+class BranchLine:
+    """A branch of equilibria over speed, sampled.
+
+    Attributes
+    ----------
+    branch : Branch
+    path : SpeedPath
+    dynamics : Dynamics
+    n_states : int
+    speeds : list of float
+        All speeds sampled so far, m/s.
+    spectra : Spectra
+    """
+
+    branch: Branch
+    path: SpeedPath
+    dynamics: Dynamics
+    n_states: int
+    speeds: list[float] = field(default_factory=list)
+    spectra: Spectra = field(default_factory=Spectra)
+
+    def samples(self, points: Sequence[Point]) -> list[Sample]:
+        """Return the modes at points of the branch."""
+        at, matrix_at = self.path.at, self.dynamics.matrix_at
+        matrices = [matrix_at(point, at(point.s)) for point in points]
+        beyond = [self.branch.ahead(point, _TINY_STEP) for point in points]
+        changes = [
+            (matrix_at(point, at(point.s)) - matrix) / _TINY_STEP
+            for point, matrix in zip(beyond, matrices, strict=True)
+        ]
+        found = self.spectra.of(matrices, changes)
+        self.speeds.extend(math.exp(point.s) for point in points)
+        sizes = np.abs(matrices).max(axis=(1, 2))
+        return samples_of(points, found, self.period, sizes)
+
+    @property
+    def period(self) -> float | None:
+        """Control period, s; None for a vehicle alone."""
+        return self.dynamics.period
+
+    def between(self, a: Sample, b: Sample, fraction: float) -> Sample:
+        """Return the modes at a fraction of the way from a to b.
+
+        Raises
+        ------
+        Stuck
+            If there is no such point.
+        """
+        return self.samples([self.branch.between(a.point, b.point, fraction)])[0]
+
+    def paces(self, a: Sample, b: Sample) -> tuple[float, float]:
+        """Return the arclength per fraction of the way from a to b, at both."""
+        return self.branch.paces(a.point, b.point)
+
+    def reach(self, sample: Sample) -> float:
+        """Return the change of the logarithm of the speed per arclength."""
+        return abs(float(sample.point.tangent[-1] * sample.point.scale[-1]))
+
+    def gap(self, a: Sample, b: Sample) -> float:
+        """Return the difference of the logarithms of the speeds."""
+        return abs(float(b.point.s - a.point.s))
