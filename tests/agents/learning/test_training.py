@@ -256,13 +256,12 @@ def test_a_policy_improves_in_seconds():
                 "tangent_share": 1.0,
                 "initial_offset": 0.002,
                 "irregularity": None,
-                "weights": {"derailment": 0.0},
             },
             "evaluation": {"every": 40_000, "episodes": 16},
         },
     )
     first, *_, last = done.evaluations
-    assert last.mean_return > 0.5 * first.mean_return  # returns are negative
+    assert last.mean_return > 1.2 * first.mean_return, (first, last)
     assert done.policy.about["mean_return"] >= last.mean_return
     done.plot()
     plt.close("all")
