@@ -390,7 +390,8 @@ class _Search:
         if not low < onset < high:
             return np.linspace(low, high, _GRID)
         below = np.linspace(max(low, _LOWEST * onset), 0.99 * onset, _GRID // 2)
-        return np.concatenate([below, np.linspace(1.01 * onset, high, _GRID - len(below))])
+        above = np.linspace(min(1.01 * onset, high), high, _GRID - len(below))
+        return np.unique(np.concatenate([below, above]))
 
     def from_simulations(self, speeds: Array) -> None:
         """Follow a branch through every motion that persists in simulations and is not known."""
