@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -41,11 +42,12 @@ class HuntingOnset:
         The parameter there; of the speed, m/s.
     rests_on : str
         "fold", "Hopf", "torus", "period doubling", "symmetry breaking" or "branch point": the point of
-        the branch at which stable motions begin. "stable motion": stable motions were computed down to
+        the branch at which stable motions begin. "simulation": a motion of no branch persists there
+        (:func:`design.bifurcation_diagram`). "stable motion": stable motions were computed down to
         there, and where they begin was not located. "end of the branch": they go on to where the
         branch was no longer followed, so that hunting may persist below.
     frequency : float
-        Of the motion there, Hz.
+        Of the motion there, Hz; NaN of a motion that was simulated only.
     """
 
     parameter: str
@@ -55,10 +57,8 @@ class HuntingOnset:
 
     def __str__(self) -> str:
         unit = " m/s" if self.parameter == "speed" else ""
-        return (
-            f"hunting can persist from {self.parameter} {self.value:.6g}{unit} "
-            f"({self.rests_on}, {self.frequency:.4f} Hz)"
-        )
+        at = "" if math.isnan(self.frequency) else f", {self.frequency:.4f} Hz"
+        return f"hunting can persist from {self.parameter} {self.value:.6g}{unit} ({self.rests_on}{at})"
 
 
 def onset_of(branch: Branch) -> HuntingOnset | None:

@@ -19,6 +19,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from design.cycles.cycle import Cycle
 from design.cycles.diagram import SimulatedDiagram, simulated_diagram
+from design.cycles.survivors import large_disturbances
 from railenv import checks
 from railenv.errors import ParameterError
 from railenv.models import Model
@@ -296,8 +297,7 @@ def disturbance_test(
     """
     name, _, limit = _judged(model, state, threshold)
     if disturbance is None:
-        lateral = [s for s in model.state_names if s.startswith("y_")] or [model.state_names[0]]
-        disturbance = {s: 8.0 * float(model.scale[model.state_names.index(s)]) for s in lateral}
+        disturbance = large_disturbances(model)[0]
     diagram = simulated_diagram(
         model,
         speeds,

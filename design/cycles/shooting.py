@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from design.stability.mode_shape import displacement_rows
 from railenv import checks
 from railenv.models import Model
 
@@ -237,8 +238,5 @@ def swings_of(states: Array, scale: Array) -> int:
 
 
 def displacement(model: Model, amplitudes: Array) -> float:
-    """Return the largest displacement of amplitudes, in units of the model's scale.
-
-    Displacements are the first half of the states.
-    """
-    return float(np.max((amplitudes / model.scale)[: max(model.n_states // 2, 1)]))
+    """Return the largest displacement of amplitudes, in units of the model's scale."""
+    return float(np.max((amplitudes / model.scale)[displacement_rows(model)]))
