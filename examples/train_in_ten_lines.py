@@ -6,7 +6,7 @@ import agents
 import design
 import railenv
 
-steps = int(sys.argv[1]) if len(sys.argv) > 1 else 300_000
+steps = int(sys.argv[1]) if len(sys.argv) > 1 else None  # None: those of the recipe
 training = agents.train("ppo", "railenv/Bogie-v1", total_timesteps=steps, seed=0, progress=True)
 training.policy.save("policy.npz")
 

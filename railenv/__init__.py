@@ -178,11 +178,15 @@ def _register() -> None:
     for name, before in (("Bogie", "bogie_v0"), ("DualWheelset", "dual_wheelset_v0")):
         gone = f"railenv.envs.gone:{before}"
         register(f"railenv/{name}-v0", entry_point=gone, vector_entry_point=gone)
-    for name in ("Bogie", "DualWheelset", "Coach"):
+    from railenv.tasks import TASKS
+
+    for task in TASKS:
         register(
-            f"railenv/{name}-v1",
-            entry_point=f"railenv.envs.environment:{name}Env",
-            vector_entry_point=f"railenv.envs.vector:{name}VectorEnv",
+            task.id,
+            entry_point=f"railenv.envs.environment:{task.environment}Env",
+            vector_entry_point=f"railenv.envs.vector:{task.environment}VectorEnv",
+            reward_threshold=task.reward_threshold,
+            kwargs=dict(task.keywords),
         )
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import torch
 from gymnasium import Env
+from sb3_contrib import TQC
 from stable_baselines3 import A2C, DDPG, PPO, SAC, TD3
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.save_util import load_from_zip_file
@@ -29,6 +30,7 @@ ALGORITHMS: dict[str, type[BaseAlgorithm]] = {
     "ppo": PPO,
     "a2c": A2C,
     "sac": SAC,
+    "tqc": TQC,
     "td3": TD3,
     "ddpg": DDPG,
 }
@@ -93,7 +95,9 @@ def _read(path: str | PathLike[str]) -> BaseAlgorithm:
     if data is None:
         raise ParameterError(f"{path} is not a model of Stable-Baselines3: it has no data")
     kind = "ppo"
-    if "target_entropy" in data:
+    if "top_quantiles_to_drop_per_net" in data:
+        kind = "tqc"
+    elif "target_entropy" in data:
         kind = "sac"
     elif "policy_delay" in data:
         kind = "td3"

@@ -100,6 +100,7 @@ class LearnedPolicy(Controller):
         if signs is not None and not np.array_equal(signs, self._memory.signs):
             raise ParameterError("the network's signs are not those of its readings in the mirror")
         self._scales = np.array([reading.scale for reading in self.readings])
+        self._rests = np.array([reading.rest for reading in self.readings])
         self.reset()
 
     @property
@@ -203,7 +204,7 @@ class LearnedPolicy(Controller):
 
     def _scaled(self, signals: Array) -> tuple[Array, Array]:
         """Return signals in the units of the observation, and where its bound does not hold them."""
-        y = np.asarray(signals, dtype=float) / self._scales
+        y = (np.asarray(signals, dtype=float) - self._rests) / self._scales
         return np.clip(y, -BOUND, BOUND), (np.abs(y) < BOUND).astype(float)
 
     def _demand_rows(self, features: int) -> slice:

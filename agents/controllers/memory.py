@@ -155,7 +155,7 @@ class Memory:
     @property
     def signs(self) -> Array:
         """Signs by which observation (with its history) and features change in the mirror image."""
-        one = [1.0 if r.name.startswith(_EVEN) else -1.0 for r in self.readings]
+        one = [1.0 if r.drawn or r.name.startswith(_EVEN) else -1.0 for r in self.readings]
         return np.array(one * (self.settings.history + 1) + [-1.0] * len(self.names))
 
     def reset(self, count: int) -> None:

@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 
 from agents.controllers.controller import Controller
 from agents.controllers.scheduled import CONTROL_PERIOD
+from agents.evaluation.returns import check_reads
 from railenv import Equipped, checks
 from railenv.envs.episodes import Episode, numbers_of
 from railenv.envs.fleet import Fleet
+from railenv.envs.observation import context_ranges
 from railenv.envs.settings import LOWEST_SPEED, Settings
 from railenv.envs.settings import settings as settings_of
 from railenv.errors import EquilibriumError, ParameterError
@@ -144,7 +146,7 @@ class Rollout:
         self.fleet = Fleet(settings, n, 1 if n < _SCALAR_BELOW else 16)
         for given in (controller, like):
             if given is not None:
-                _check_suits(given, self.fleet)
+                check_reads(given, self.fleet)
         self.derailed = np.zeros(n, dtype=bool)
         self._idle = np.zeros((n, self.fleet.n_actuators))
         for i, case in enumerate(self.cases):
@@ -218,8 +220,11 @@ def _settings(
         )
         model = model.replace(**quiet)
     speeds = [case.speed for case in cases]
+    context = context_ranges(model, getattr(controller, "readings", ()))
     keywords = {
         "model": model,
+        "randomize": context,
+        "context": bool(context),
         "observation": "sensors" if controller is None else controller.observation,
         "speed_range": (max(LOWEST_SPEED, min(speeds)), max(speeds)),
         "control_period": getattr(controller, "period", CONTROL_PERIOD),
@@ -227,20 +232,6 @@ def _settings(
         "time_step": time_step,
     }
     return settings_of("bogie", keywords)
-
-
-def _check_suits(controller: Controller, fleet: Fleet) -> None:
-    """Raise ParameterError where a controller says that it is for other actuators or sensors."""
-    model = fleet.model
-    commands = tuple(getattr(controller, "commands", model.command_names))
-    own = [reading.name for reading in fleet.observation_table]
-    reads = [reading.name for reading in getattr(controller, "readings", fleet.observation_table)]
-    if commands != model.command_names or reads != own:
-        raise ParameterError(
-            f"{controller.name} commands {', '.join(commands)} and reads {', '.join(reads)}; "
-            f"{model.name} has {', '.join(model.command_names) or 'no commands'}, and there is "
-            f"{', '.join(own)} to read"
-        )
 
 
 def _episode(settings: Settings, case: Case, track: Track, i: int) -> Episode:

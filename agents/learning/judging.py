@@ -21,6 +21,12 @@ HIGHEST_SPEED = 400.0
 One that is unstable at the lowest speed already, or has no equilibrium there, gets zero.
 """
 
+LOWEST_SPEED = 20.0
+"""m/s, from which on a policy has to be stable, though it may have been trained for faster running.
+
+A train gets to its speed through all below.
+"""
+
 
 @dataclass(frozen=True)
 class Judged:
@@ -35,17 +41,26 @@ class Judged:
     derailed : float
         Share of the episodes.
     critical_speed : float
-        m/s, linear, of the vehicle on tangent track; not a number where the criterion is another.
+        m/s, linear, of the vehicle on tangent track; where the criterion is the robust one, the lowest
+        over the corners of ``randomize``.
     """
 
     timesteps: int
     mean_return: float
     derailed: float
-    critical_speed: float = float("nan")
+    critical_speed: float
 
-    def score(self, criterion: Criterion) -> float:
-        """Return what the best policy has most of."""
-        return self.mean_return if criterion == "return" else self.critical_speed
+    def score(self, criterion: Criterion, highest: float) -> tuple[float, float]:
+        """Return what the best policy has most of, and what decides between those alike in it.
+
+        Parameters
+        ----------
+        criterion : str
+        highest : float
+            m/s, of the speeds trained: beyond it no policy is asked anything.
+        """
+        reached = 0.0 if criterion == "return" else min(self.critical_speed, highest)
+        return reached, self.mean_return
 
 
 def judge(
@@ -68,18 +83,16 @@ def judge(
     vehicle : Equipped
     how : Evaluation
     settings : Settings
-        Of the environment: critical speeds are searched from its lowest speed on.
+        Of the environment.
     """
     returns, derailed = _episodes(model, env, how.seed)
-    speed = float("nan")
     ranges = settings.randomize if how.criterion == "robust_critical_speed" else {}
-    if how.criterion != "return":
-        corners = [dict(zip(ranges, c, strict=True)) for c in itertools.product(*ranges.values())]
-        lowest = settings.speed_range[0]
-        speed = min(
-            _critical_speed(vehicle.replace(**corner) if corner else vehicle, policy, lowest)
-            for corner in corners
-        )
+    corners = [dict(zip(ranges, c, strict=True)) for c in itertools.product(*ranges.values())]
+    lowest = min(LOWEST_SPEED, settings.speed_range[0])
+    speed = min(
+        _critical_speed(vehicle.replace(**corner) if corner else vehicle, policy, lowest)
+        for corner in corners
+    )
     return Judged(int(model.num_timesteps), float(returns.mean()), float(derailed.mean()), speed)
 
 

@@ -16,15 +16,9 @@ if TYPE_CHECKING:
 
     from agents.learning.training import Training
 
-_MEANING = {
-    "return": "mean return of an episode",
-    "critical_speed": "linear critical speed (m/s)",
-    "robust_critical_speed": "lowest linear critical speed (m/s)",
-}
-
 
 def plot_training(training: Training, ax: Axes | None = None) -> control.ControlPlot:
-    """Draw the criterion at the evaluations over the environment's steps, and mark the best policy.
+    """Draw return and critical speed at the evaluations over the steps, and mark the best policy.
 
     Raises
     ------
@@ -34,18 +28,20 @@ def plot_training(training: Training, ax: Axes | None = None) -> control.Control
     found = training.evaluations
     if not found:
         raise ParameterError("the training was not evaluated; evaluation.every must be above 0")
-    criterion = training.recipe.evaluation.criterion
-    name = "mean_return" if criterion == "return" else "critical_speed"
+    robust = training.recipe.evaluation.criterion == "robust_critical_speed"
     best = training.policy.about
     with style():
         ax = axes_or_new(ax)
         steps = [e.timesteps / 1e3 for e in found]
-        ax.plot(
-            steps, [e.score(criterion) for e in found], color=STABLE, marker=".", label="evaluation"
-        )
-        ax.plot([best["timesteps"] / 1e3], [best[name]], "o", color=UNSTABLE, label="best policy")
+        at = best["timesteps"] / 1e3
+        ax.plot(steps, [e.mean_return for e in found], color=STABLE, marker=".", label="mean return")
+        ax.plot([at], [best["mean_return"]], "o", color=UNSTABLE, label="best policy")
         ax.set_xlabel("environment steps (thousands)")
-        ax.set_ylabel(_MEANING[criterion])
+        ax.set_ylabel("mean return of an episode")
+        right = ax.twinx()
+        right.plot(steps, [e.critical_speed for e in found], ".-", lw=0.8, color=SERIES[1])
+        right.plot([at], [best["critical_speed"]], "o", color=UNSTABLE)
+        right.set_ylabel(f"{'lowest ' * robust}linear critical speed (m/s)", color=SERIES[1])
         ax.set_title(f"{training.recipe.algorithm.upper()} in {training.recipe.env_id}")
         ax.legend(loc="lower right")
         return drawn_on(ax)

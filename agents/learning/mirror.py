@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from sb3_contrib.tqc.policies import Actor as TQCActor
+from sb3_contrib.tqc.policies import TQCPolicy
 from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.running_mean_std import RunningMeanStd
 from stable_baselines3.sac.policies import LOG_STD_MAX, LOG_STD_MIN, SACPolicy
@@ -76,24 +78,45 @@ class MirrorActorCriticPolicy(ActorCriticPolicy):
         return {**super()._get_constructor_parameters(), "signs": self.signs}
 
 
-class MirrorSACActor(SACActor):
+class _OddGaussianActor:
+    """The part that the actors of SAC and TQC share: a mean that is odd, a spread that is even."""
+
+    features_extractor: Any
+    mu: Any
+    log_std: Any
+
+    def _mirror(self, signs: Sequence[float]) -> None:
+        latent: Any = self.latent_pi  # type: ignore[attr-defined]
+        self.signs = list(signs)
+        self.odd = Mirrored(latent, self.signs, -1)
+        self.even = Mirrored(latent, self.signs, 1)
+        _without_bias(self.mu)
+
+    def get_action_dist_params(self, obs: Any) -> tuple[Tensor, Tensor, dict[str, Tensor]]:
+        """Return mean and logarithm of the spread."""
+        features = self.extract_features(obs, self.features_extractor)  # type: ignore[attr-defined]
+        spread = self.log_std(self.even(features))
+        return self.mu(self.odd(features)), torch.clamp(spread, LOG_STD_MIN, LOG_STD_MAX), {}
+
+    def _get_constructor_parameters(self) -> dict[str, Any]:
+        own: dict[str, Any] = super()._get_constructor_parameters()  # type: ignore[misc]
+        return {**own, "signs": self.signs}
+
+
+class MirrorSACActor(_OddGaussianActor, SACActor):
     """Actor of SAC whose mean is odd and whose spread is even."""
 
     def __init__(self, *args: Any, signs: Sequence[float], **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        self.signs = list(signs)
-        self.odd = Mirrored(self.latent_pi, self.signs, -1)
-        self.even = Mirrored(self.latent_pi, self.signs, 1)
-        _without_bias(self.mu)  # type: ignore[arg-type]
+        self._mirror(signs)
 
-    def get_action_dist_params(self, obs: Any) -> tuple[Tensor, Tensor, dict[str, Tensor]]:
-        """Return mean and logarithm of the spread."""
-        features = self.extract_features(obs, self.features_extractor)
-        spread = self.log_std(self.even(features))  # type: ignore[operator]
-        return self.mu(self.odd(features)), torch.clamp(spread, LOG_STD_MIN, LOG_STD_MAX), {}
 
-    def _get_constructor_parameters(self) -> dict[str, Any]:
-        return {**super()._get_constructor_parameters(), "signs": self.signs}
+class MirrorTQCActor(_OddGaussianActor, TQCActor):
+    """Actor of TQC whose mean is odd and whose spread is even."""
+
+    def __init__(self, *args: Any, signs: Sequence[float], **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self._mirror(signs)
 
 
 class MirrorSACPolicy(SACPolicy):
@@ -107,6 +130,22 @@ class MirrorSACPolicy(SACPolicy):
         """Return a new actor."""
         keywords = self._update_features_extractor(self.actor_kwargs, features_extractor)
         return MirrorSACActor(**keywords, signs=self.signs).to(self.device)
+
+    def _get_constructor_parameters(self) -> dict[str, Any]:
+        return {**super()._get_constructor_parameters(), "signs": self.signs}
+
+
+class MirrorTQCPolicy(TQCPolicy):
+    """Policy for TQC with an odd actor; takes ``signs``."""
+
+    def __init__(self, *args: Any, signs: Sequence[float], **kwargs: Any) -> None:
+        self.signs = list(signs)
+        super().__init__(*args, **kwargs)
+
+    def make_actor(self, features_extractor: Any = None) -> MirrorTQCActor:
+        """Return a new actor."""
+        keywords = self._update_features_extractor(self.actor_kwargs, features_extractor)
+        return MirrorTQCActor(**keywords, signs=self.signs).to(self.device)
 
     def _get_constructor_parameters(self) -> dict[str, Any]:
         return {**super()._get_constructor_parameters(), "signs": self.signs}

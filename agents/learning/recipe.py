@@ -16,19 +16,18 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from agents.controllers.memory import MemorySettings
-from railenv import Actuator, Sensors, checks
-from railenv.envs.settings import RewardWeights
+from railenv import checks
 from railenv.errors import MissingPackageError, ParameterError, shown
 from railenv.extras import require
-from railenv.vehicles.lookup import named
+from railenv.tasks import TASKS
 
-Algorithm = Literal["ppo", "sac", "td3"]
-Criterion = Literal["return", "critical_speed", "robust_critical_speed"]
+Algorithm = Literal["ppo", "sac", "td3", "tqc"]
+Criterion = Literal["critical_speed", "robust_critical_speed", "return"]
 
-ENVIRONMENTS = {"railenv/Bogie-v1": "secondary", "railenv/DualWheelset-v1": "primary"}
-"""Environments that policies can be trained in, with the place of the actuators unless told."""
+Normalized = Literal["rewards", "observations"]
 
-_ACTUATORS = {"secondary": Actuator.secondary, "primary": Actuator.primary}
+ENVIRONMENTS = tuple(task.id for task in TASKS)
+"""Environments that policies can be trained in."""
 
 
 @dataclass(frozen=True)
@@ -80,9 +79,10 @@ class Evaluation:
         Number of episodes, always the same ones.
     seed : int
         Of the first; episode i has ``seed + i``.
-    criterion : {"return", "critical_speed", "robust_critical_speed"}
-        What the best policy has most of: mean return, linear critical speed on tangent track, or the
-        lowest linear critical speed over the corners of ``randomize``.
+    criterion : {"critical_speed", "robust_critical_speed", "return"}
+        What the best policy has most of: linear critical speed on tangent track, from 20 m/s up and as
+        far as the speeds trained go, or its lowest value over the corners of ``randomize``, and among
+        those alike in that the mean return; or the mean return alone.
     env_kwargs : mapping
         Changes of the environment's keywords for evaluation.
     """
@@ -90,7 +90,7 @@ class Evaluation:
     every: int = 100_000
     episodes: int = 32
     seed: int = 1_000_000
-    criterion: Criterion = "return"
+    criterion: Criterion = "critical_speed"
     env_kwargs: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -110,9 +110,9 @@ class Recipe:
 
     Attributes
     ----------
-    algorithm : {"ppo", "sac", "td3"}
+    algorithm : {"ppo", "sac", "td3", "tqc"}
     env_id : str
-        ``"railenv/Bogie-v1"`` or ``"railenv/DualWheelset-v1"``.
+        One of the registered tasks (:data:`railenv.tasks.TASKS`).
     n_timesteps : int
         Environment steps.
     seed : int
@@ -125,11 +125,12 @@ class Recipe:
         torch's own choice.
     symmetric : bool
         Whether the policy is odd under mirror symmetry by construction.
-    normalize : bool
-        Whether observations and rewards are normalised by running statistics.
+    normalize : {False, "rewards", "observations", True}
+        What is normalised by running statistics; True is both. Observations have a scale already:
+        normalised by what strong hunting makes of them they are small near the equilibrium, where
+        policies then tend to be unstable.
     env_kwargs : mapping
-        Keywords of the environment, as plain data: ``vehicle`` by its name or TOML file; ``weights``,
-        ``sensors`` and ``actuator_model`` as mappings of what differs from the default.
+        Changes of the task's keywords, as plain values.
     memory : MemorySettings
         ``history`` is that of ``env_kwargs``.
     authority : float
@@ -152,7 +153,7 @@ class Recipe:
     device: str = "cpu"
     threads: int = 1
     symmetric: bool = True
-    normalize: bool = True
+    normalize: bool | Normalized = False
     env_kwargs: Mapping[str, Any] = field(default_factory=dict)
     memory: MemorySettings = field(default_factory=MemorySettings)
     authority: float = 1.0
@@ -164,18 +165,17 @@ class Recipe:
 
     def __post_init__(self) -> None:
         checks.known("algorithm", [self.algorithm], get_args(Algorithm))
-        checks.known("environment", [self.env_id], list(ENVIRONMENTS))
+        checks.known("environment", [self.env_id], ENVIRONMENTS)
         checks.whole("n_timesteps", self.n_timesteps)
         checks.whole("seed", self.seed, low=0)
         checks.whole("n_envs", self.n_envs)
         checks.whole("threads", self.threads, low=0)
         checks.whole("checkpoint_every", self.checkpoint_every, low=0)
         checks.number("authority", self.authority, low=0.0, high=1.0, open_low=True)
-        for name in ("symmetric", "normalize"):
-            if not isinstance(getattr(self, name), bool):
-                raise ParameterError(
-                    f"{name} is {shown(getattr(self, name))}; it must be true or false"
-                )
+        if not isinstance(self.symmetric, bool):
+            raise ParameterError(f"symmetric is {shown(self.symmetric)}; it must be true or false")
+        if not isinstance(self.normalize, bool):
+            checks.choice("normalize", self.normalize, get_args(Normalized))
         for name, kind in (
             ("env_kwargs", Mapping),
             ("hyperparameters", Mapping),
@@ -189,14 +189,20 @@ class Recipe:
             value = getattr(self, name)
             if not isinstance(value, str) and not (name == "base" and value is None):
                 raise ParameterError(f"{name} is {shown(value)}; it must be a text")
-        history = self.env_kwargs.get("history", 0)
+        history = {**_keywords_of(self.env_id), **self.env_kwargs}.get("history", 0)
         object.__setattr__(self, "memory", dataclasses.replace(self.memory, history=history))
         sde = self.hyperparameters.get("use_sde", False)
         if sde and self.symmetric and self.algorithm == "sac":
             raise ParameterError("use_sde is true; symmetric policies of SAC cannot use it")
 
+    @property
+    def normalizes(self) -> tuple[bool, bool]:
+        """Whether observations, and whether rewards are normalised."""
+        chosen = self.normalize
+        return chosen in (True, "observations"), chosen in (True, "rewards")
+
     def environment(self, evaluation: bool = False) -> dict[str, Any]:
-        """Return the environment's keywords as its records and tuples.
+        """Return the environment's keywords, as plain values.
 
         Parameters
         ----------
@@ -204,8 +210,7 @@ class Recipe:
             Those of the evaluation.
         """
         changes = self.evaluation.env_kwargs if evaluation else {}
-        given = {**self.env_kwargs, **changes}
-        return environment_keywords(given, ENVIRONMENTS[self.env_id])
+        return {**self.env_kwargs, **changes}
 
     def plain(self) -> dict[str, Any]:
         """Return it as plain data, from which :meth:`of` makes its equal."""
@@ -246,6 +251,11 @@ class Recipe:
         return cls(**values, hyperparameters=rest)
 
 
+def _keywords_of(env_id: str) -> Mapping[str, Any]:
+    """Return what a task sets by itself."""
+    return next(task.keywords for task in TASKS if task.id == env_id)
+
+
 def _check_complete(name: str, kind: type[Any], values: Mapping[str, Any]) -> None:
     """Raise ParameterError where a field without a default is missing."""
     for f in dataclasses.fields(kind):
@@ -264,7 +274,7 @@ def recipe(
 
     Parameters
     ----------
-    algorithm : {"ppo", "sac", "td3"}
+    algorithm : {"ppo", "sac", "td3", "tqc"}
     env_id : str
     changes : mapping, optional
         Keys of a recipe or keywords of the algorithm; mappings within change single entries. Dots may
@@ -280,7 +290,7 @@ def recipe(
         If the file cannot be read, or a value is not allowed.
     """
     checks.known("algorithm", [algorithm], get_args(Algorithm))
-    checks.known("environment", [env_id], list(ENVIRONMENTS))
+    checks.known("environment", [env_id], ENVIRONMENTS)
     shipped = resources.files("agents.learning") / "hyperparams" / f"{algorithm}.yml"
     where = shipped if config is None else Path(config)
     content = _parsed(where)
@@ -341,34 +351,3 @@ def _change(entry: dict[str, Any], path: list[str], value: Any) -> None:
         entry[name] = {**entry[name], **value}
     else:
         entry[name] = value
-
-
-def environment_keywords(plain: Mapping[str, Any], place: str) -> dict[str, Any]:
-    """Return keywords of an environment from plain data: names, numbers, lists and mappings."""
-    keywords = dict(plain)
-    name = keywords.get("vehicle")
-    if isinstance(name, str):
-        keywords["vehicle"] = named(name)
-    if isinstance(keywords.get("weights"), Mapping):
-        fields = [f.name for f in dataclasses.fields(RewardWeights)]
-        checks.known("reward weight", keywords["weights"], fields)
-        keywords["weights"] = RewardWeights(**keywords["weights"])
-    if isinstance(keywords.get("sensors"), Mapping):
-        keywords["sensors"] = _replaced(Sensors.standard(), keywords["sensors"])
-    if isinstance(keywords.get("actuator_model"), Mapping):
-        checks.known("actuator", [keywords.get("actuator", place)], list(_ACTUATORS))
-        place = keywords.get("actuator", place)
-        keywords["actuator_model"] = _replaced(_ACTUATORS[place](), keywords["actuator_model"])
-    if isinstance(keywords.get("randomize"), Mapping):
-        ranges = keywords["randomize"]
-        keywords["randomize"] = {name: _tuple(value) for name, value in ranges.items()}
-    return {name: _tuple(value) for name, value in keywords.items()}
-
-
-def _replaced(record: Any, changes: Mapping[str, Any]) -> Any:
-    checks.known("field", changes, [f.name for f in dataclasses.fields(record)])
-    return record.replace(**changes)
-
-
-def _tuple(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value

@@ -30,6 +30,7 @@ from agents.learning.mirror import (
     MirroredMeanStd,
     MirrorSACPolicy,
     MirrorTD3Policy,
+    MirrorTQCPolicy,
 )
 from agents.learning.recipe import Curriculum, Recipe
 from agents.learning.sb3 import HuntingVecEnv
@@ -37,7 +38,12 @@ from railenv import checks
 from railenv.errors import ParameterError
 from railenv.files import write_whole
 
-_MIRROR = {"ppo": MirrorActorCriticPolicy, "sac": MirrorSACPolicy, "td3": MirrorTD3Policy}
+_MIRROR = {
+    "ppo": MirrorActorCriticPolicy,
+    "sac": MirrorSACPolicy,
+    "td3": MirrorTD3Policy,
+    "tqc": MirrorTQCPolicy,
+}
 _ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU, "elu": torch.nn.ELU}
 _POLICY = ("net_arch", "activation_fn", "log_std_init", "ortho_init", "full_std", "n_critics")
 _SCHEDULED = ("learning_rate", "clip_range", "clip_range_vf")
@@ -102,9 +108,12 @@ class Trainer:
         venv: Any = self.env
         given = dict(recipe.hyperparameters)
         checks.known(f"keyword of {kind.__name__}", given, _keywords(kind))
-        if recipe.normalize:
-            venv = VecNormalize(venv, gamma=given.get("gamma", 0.99))
-            if recipe.symmetric:
+        observations, rewards = recipe.normalizes
+        if observations or rewards:
+            venv = VecNormalize(
+                venv, norm_obs=observations, norm_reward=rewards, gamma=given.get("gamma", 0.99)
+            )
+            if recipe.symmetric and observations:
                 venv.obs_rms = MirroredMeanStd(self.env.memory.signs)
         for name in _SCHEDULED:
             given[name] = _schedule(given[name]) if name in given else None
@@ -154,7 +163,7 @@ class Trainer:
         """Judge the present policy, note the result and keep the policy if it is the best."""
         normalizer = self.model.get_vec_normalize_env()
         env: Any = self.judged
-        if normalizer is not None:
+        if normalizer is not None and normalizer.norm_obs:
             env = VecNormalize(env, training=False, norm_reward=False)
             env.obs_rms, env.clip_obs = normalizer.obs_rms, normalizer.clip_obs
         policy, settings = self.policy(), self.env.hunting.vector_env.settings
@@ -162,8 +171,9 @@ class Trainer:
         how = self.recipe.evaluation
         found = judge(self.model, env, policy, vehicle, how, settings)
         counted = self.counted
-        if not counted.evaluations or found.score(how.criterion) > counted.best:
-            counted.best = found.score(how.criterion)
+        score = found.score(how.criterion, settings.speed_range[1])
+        if score > counted.best:
+            counted.best = score
             about = {**policy.about, **_finite(dataclasses.asdict(found))}
             counted.policy = dataclasses.replace(policy, about=about)
             self._write_best()
@@ -211,7 +221,7 @@ class Counted:
     next_checkpoint: int = 0
     top: float = np.inf
     outcomes: deque[bool] = dataclasses.field(default_factory=deque)
-    best: float = -np.inf
+    best: tuple[float, float] = (-np.inf, -np.inf)
     policy: LearnedPolicy | None = None
     evaluations: list[Judged] = dataclasses.field(default_factory=list)
 
@@ -258,7 +268,7 @@ class Between(BaseCallback):
             last = counted.evaluations[-1]
             self.bar.update(
                 self.task,
-                description=f"return {last.mean_return:.4g}, derailed {last.derailed:.0%}",
+                description=f"return {last.mean_return:.4g}, stable to {last.critical_speed:.4g} m/s",
             )
         every = trainer.recipe.checkpoint_every
         if every and self.num_timesteps >= counted.next_checkpoint:

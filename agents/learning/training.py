@@ -57,7 +57,8 @@ class Training:
         first, best = self.evaluations[0], self.policy.about
         return (
             f"{name}: mean return {first.mean_return:.4g} at first, {best['mean_return']:.4g} at best "
-            f"(after {best['timesteps']} steps, {best['derailed']:.0%} derailed)"
+            f"(after {best['timesteps']} steps, {best['derailed']:.0%} derailed, linear critical speed "
+            f"{best['critical_speed']:.4g} m/s)"
         )
 
     def plot(self, ax: Axes | None = None) -> control.ControlPlot:
@@ -85,9 +86,9 @@ def train(
 
     Parameters
     ----------
-    algorithm : {"ppo", "sac", "td3"}
+    algorithm : {"ppo", "sac", "td3", "tqc"}
     env_id : str
-        ``"railenv/Bogie-v1"`` or ``"railenv/DualWheelset-v1"``.
+        One of the registered tasks (:data:`railenv.tasks.TASKS`).
     total_timesteps : int, optional
         Environment steps; those of the recipe when left out.
     seed : int, optional

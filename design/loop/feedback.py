@@ -2,8 +2,9 @@
 
 A controller reads signals at the start of each control period and gives commands, which are held until
 the next. Signals are the states of the model (among them the sensors' readings ``accel_b``,
-``gyro_b``), commands given before (``command_b[-1]`` is the latest) and the running conditions
-``speed``, ``curvature``, ``cant`` and ``cant_deficiency`` (rad). All are in SI units.
+``gyro_b``), commands given before (``command_b[-1]`` is the latest), the running conditions
+``speed``, ``curvature``, ``cant`` and ``cant_deficiency`` (rad), and the vehicle's own numbers, such as
+``conicity``. All are in SI units.
 """
 
 from __future__ import annotations
@@ -288,7 +289,7 @@ def as_feedback(controller: Any, model: Model, period: float | None = None) -> F
         )
     a_vehicle = bool(model.body_names) or "gravity" in model.parameters
     conditions = [c for c in CONDITIONS if c != "cant_deficiency" or a_vehicle]
-    signals = [*model.state_names, *conditions]
+    signals = [*model.state_names, *conditions, *model.parameters]
     present = [name for name in feedback.input_labels if not _PAST.fullmatch(name)]
     checks.known("signal", present, signals)
     past = [m[1] for name in feedback.input_labels if (m := _PAST.fullmatch(name))]

@@ -263,6 +263,8 @@ class SampledDynamics:
         for row, name in enumerate(self.feedback.input_labels):
             if name in CONDITIONS:
                 values[row] = known[CONDITIONS.index(name)]
+            elif name in self.model.parameters and name not in self.model.state_names:
+                values[row] = self.model.parameters[name]
         return values
 
     def settled(self, speed: float, radius: float, cant: float) -> Settled:

@@ -222,7 +222,8 @@ def _probed(feedback: Any, model: Model) -> dict[str, Any]:
     """
     generator = np.random.default_rng(0)
     conditions = {"speed": 60.0, "curvature": 1e-3, "cant": 0.05, "cant_deficiency": 0.05}
-    scale = dict(zip(model.state_names, model.scale.tolist(), strict=True)) | conditions
+    scale = model.parameters | dict(zip(model.state_names, model.scale.tolist(), strict=True))
+    scale |= conditions
     sizes = np.array([_COMMAND if age_of(n) else scale[n] for n in feedback.input_labels])
     answers: list[Any] = []
     for _ in range(_PROBES):

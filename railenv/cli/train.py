@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 def train(
     algorithm: Annotated[
-        str | None, typer.Argument(help="ppo, sac or td3; not needed with --resume.")
+        str | None, typer.Argument(help="ppo, sac, td3 or tqc; not needed with --resume.")
     ] = None,
     environment: Annotated[
-        str, typer.Argument(help="railenv/Bogie-v1 or railenv/DualWheelset-v1.")
+        str, typer.Argument(help="A registered task, such as railenv/BogieSensors-v1.")
     ] = "railenv/Bogie-v1",
     directory: Annotated[
         Path, typer.Option("--out", help="Directory of the run; new or empty unless resumed.")
@@ -77,7 +77,7 @@ def train(
         _report(done, directory, as_json)
         return
     if algorithm is None:
-        raise ParameterError("algorithm is missing; it must be ppo, sac or td3")
+        raise ParameterError("algorithm is missing; it must be ppo, sac, td3 or tqc")
     given = dict(_change(text) for text in changes or [])
     if vehicle is not None:
         given["env_kwargs.vehicle"] = vehicle

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from railenv.envs import infos
 from railenv.envs.fleet import BOUND, Fleet, broadcast_options
-from railenv.envs.infos import TERM_NAMES
+from railenv.envs.infos import DERAILMENT, TERM_NAMES
 from railenv.envs.limits import time_limit
 from railenv.envs.metrics import episode_metrics
 from railenv.envs.settings import Plant, Settings, settings
@@ -146,7 +146,7 @@ class HuntingEnv(gym.Env[NDArray[np.float32], Any]):
         self._history.push(fleet.observations)
         values = fleet.terms[0]
         terms = values.tolist()
-        terminated = terms[len(TERM_NAMES)] > 0.0
+        terminated = terms[DERAILMENT] > 0.0
         truncated = fleet.steps.item(0) >= self._steps
         info = self._start.copy()
         info.update(zip(TERM_NAMES, values[1:-1], strict=True))

@@ -16,15 +16,19 @@ from railenv.envs.settings import LOWEST_SPEED, RANDOMIZABLE, Settings
 from railenv.errors import ParameterError
 from railenv.model import Model
 
-RUNNING = ("speed", "radius", "curvature", "cant", "irregularity_factor", "offset")
+FAILURE = ("failed_actuator", "failure_time")
+"""Number of the actuator that fails, from 1, and when (s since the start); 0 and 0 for none."""
+
+RUNNING = ("speed", "radius", "curvature", "cant", "irregularity_factor", "offset", *FAILURE)
 """What ``reset(options=...)`` may pin of any vehicle, beside its own numbers; of a curve one."""
 
 
 def condition_names(numbers: Sequence[str]) -> tuple[str, ...]:
     """Return the names of an episode's conditions, those of the vehicle's numbers among them."""
-    return ("speed", "curvature", "cant", *numbers, "irregularity_factor", "offset")
+    return ("speed", "curvature", "cant", *numbers, "irregularity_factor", "offset", *FAILURE)
 
 
+_LAST_FAILURE = 0.75  # of the duration, so that there is time to tell what becomes of it
 _DRAWS = 16  # uniform numbers of an episode, always all drawn, so that pins change nothing else
 
 
@@ -52,6 +56,10 @@ class Episode:
     biases : ndarray, shape (4,)
         Standard normal numbers that scale the sensors' biases.
     noise_seed : int
+    failed_actuator : int
+        Number of the actuator that fails, from 1; 0 for none.
+    failure_time : float
+        s since the start, from which it gets no commands.
     """
 
     speed: float
@@ -65,6 +73,8 @@ class Episode:
     offset: float
     biases: NDArray[np.float64]
     noise_seed: int
+    failed_actuator: int = 0
+    failure_time: float = 0.0
 
     @property
     def radius(self) -> float:
@@ -80,6 +90,8 @@ class Episode:
             **self.numbers,
             "irregularity_factor": self.irregularity_factor,
             "offset": self.offset,
+            "failed_actuator": self.failed_actuator,
+            "failure_time": self.failure_time,
         }
 
 
@@ -119,7 +131,21 @@ def draw(settings: Settings, rng: np.random.Generator, pinned: Mapping[str, Any]
         offset=float(offset),
         biases=biases,
         noise_seed=noise_seed,
+        **_failure(settings, rng.random(3), pinned),
     )
+
+
+def _failure(settings: Settings, u: NDArray[np.float64], pinned: Mapping[str, Any]) -> dict[str, Any]:
+    """Return which actuator fails and when."""
+    n = len(settings.equipped.command_names)
+    failed = 1 + int(u[1] * n) if u[0] < settings.actuator_failure else 0
+    if "failed_actuator" in pinned:
+        number = checks.number("failed_actuator", pinned["failed_actuator"], low=0.0, high=n)
+        failed = checks.whole("failed_actuator", int(number) if number.is_integer() else number, low=0)
+    time = _LAST_FAILURE * settings.duration * float(u[2])
+    if "failure_time" in pinned:
+        time = checks.number("failure_time", pinned["failure_time"], low=0.0, unit="s")
+    return {"failed_actuator": failed, "failure_time": time if failed else 0.0}
 
 
 def _between(limits: tuple[float, float], u: float) -> float:

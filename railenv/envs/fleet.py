@@ -19,14 +19,15 @@ from railenv import checks
 from railenv.assessment.limits import Limits
 from railenv.envs.derailment import DERAILED, flange_tops, nadal_limits
 from railenv.envs.episodes import Episode, draw
-from railenv.envs.metrics import CFR_LIMIT
-from railenv.envs.observation import Reading, delay_slots, observation_table
+from railenv.envs.metrics import CFR_LIMIT, en_limit
+from railenv.envs.observation import Reading, context_table, delay_slots, observation_table
 from railenv.envs.settings import LOWEST_SPEED, Settings
 from railenv.equations.coordinates import Running
 from railenv.equations.sensors import specific_force
 from railenv.equilibrium import find_equilibrium
 from railenv.errors import EquilibriumError, ParameterError, shown
 from railenv.kernels import buffers, pool
+from railenv.model import Model
 from railenv.mounting import carried
 from railenv.threads import usable_threads
 from railenv.vehicles.guided import Guided
@@ -143,8 +144,24 @@ class Fleet:
     @cached_property
     def observation_table(self) -> list[Reading]:
         """Name, unit, scale, signal and rest of every entry of an observation (without history)."""
+        return [*self._measured, *self._context]
+
+    @cached_property
+    def _measured(self) -> list[Reading]:
         settings = self.settings
         return observation_table(self.model, settings.observation, settings.control_period)
+
+    @cached_property
+    def _context(self) -> list[Reading]:
+        """What the observation tells of the vehicle, the same throughout an episode."""
+        return context_table(self.model, self.settings.randomize) if self.settings.context else []
+
+    def _context_of(self, plant: Model) -> list[float]:
+        values = plant.parameters
+        return [
+            min(max((values[told.signal] - told.rest) / told.scale, -BOUND), BOUND)
+            for told in self._context
+        ]
 
     @cached_property
     def observation_names(self) -> tuple[str, ...]:
@@ -322,6 +339,10 @@ class Fleet:
         e[k.E_PLAN : k.E_PLAN + 4] = episode.plan
         e[k.E_OFFSET], e[k.E_LEVEL] = episode.line_offset, episode.irregularity_factor
         e[k.E_GRAVITY] = model.gravity
+        e[k.E_FAILED] = episode.failed_actuator
+        e[k.E_FAILURE] = round(episode.failure_time / self.settings.control_period)
+        if k.N_FORCES:
+            e[k.E_STATIC], e[k.E_AXLE_LIMIT] = plant.axle_load / 2.0, en_limit(plant.axle_load)
         for row, g in enumerate(self._guided if plant is model.plant else plant.guided):
             e[k.E_CLEARANCE + row], e[k.E_AHEAD + row] = g.clearance, g.x
             e[k.E_WAVENUMBER + row] = 2.0 * math.pi / g.wavelength
@@ -354,6 +375,7 @@ class Fleet:
         self.steps[i] = 0
         self._nodes[i] = nodes
         self.episodes[i] = episode
+        self.observations[i, len(self._measured) :] = self._context_of(plant)
         block, lane = divmod(i, self._lanes)
         k.observe_one(
             self._blocks[block],

@@ -18,8 +18,25 @@ from railenv.envs.metrics import METRICS
 from railenv.envs.settings import Settings
 from railenv.errors import ParameterError
 
-TERM_NAMES = ("hunting", "excursion", "ride", "effort", "command", "change", "derailment")
-"""Terms of the reward, each between 0 and 1, and whether the vehicle has derailed; 0 at a reset."""
+REWARD_TERMS = ("hunting", "excursion", "ride", "effort", "command", "change")
+"""Terms of the reward, each between 0 and 1."""
+
+SAFETY = ("cost", "nadal", "unloading", "instability")
+"""For learning under constraints: the largest of three shares of limits, and those shares.
+
+Y/Q over 2 m of Nadal's limit (that of the setting ``nadal_limit``); the static load that a wheel has
+lost, as a mean over 2 m, of 90 % of it (EN 14067-6); the running rms of an axle's sum of guiding forces
+over 100 m of EN 14363's limit of instability. All are the worst of the vehicle, from 0 to 10.
+"""
+
+DERAILMENT = 1 + len(REWARD_TERMS)
+"""Column of the kernel's terms, after the reward and its terms, that is 1 after a derailment."""
+
+TERM_NAMES = (*REWARD_TERMS, "derailment", *SAFETY)
+"""What a step is told by: terms of the reward, whether the vehicle has derailed, shares of limits.
+
+They are 0 at a reset.
+"""
 
 DERAILED_NAME = "derailed"
 """Number of the reason in :data:`railenv.envs.DERAILED`, 0 for none."""
@@ -89,7 +106,7 @@ class Columns:
         """Put the terms of a step into all rows, and why some have derailed."""
         self._terms[:] = terms[:, 1 : 1 + len(TERM_NAMES)].T
         if terminated.any():
-            self._derailed[terminated] = terms[terminated, 1 + len(TERM_NAMES)]
+            self._derailed[terminated] = terms[terminated, -1]
 
     def end(self, row: int, metrics: dict[str, float]) -> None:
         """Put the metrics of an episode that has ended into a row."""

@@ -109,11 +109,17 @@ def _en(fleet: Fleet, i: int, guiding: Array, frequency: float, period: float) -
     band = (frequency - EN_HALF_BAND, frequency + EN_HALF_BAND)
     filtered = band_passed(guiding, band, period)
     window = max(1, round(EN_DISTANCE / speed / period))
-    return max(largest_sliding_rms(axle, window) for axle in filtered.T) / en_limit(fleet, i)
+    return max(largest_sliding_rms(axle, window) for axle in filtered.T) / en_limit(
+        _axle_load(fleet, i)
+    )
 
 
-def en_limit(fleet: Fleet, i: int) -> float:
-    """Limit (N) of the sum of guiding forces' rms: half of 10 kN + P/3, with P the axle load."""
+def _axle_load(fleet: Fleet, i: int) -> float:
     episode = fleet.episodes[i]
     assert episode is not None
-    return 0.5 * (10e3 + episode.plant.axle_load / 3.0)
+    return episode.plant.axle_load
+
+
+def en_limit(axle_load: float) -> float:
+    """Limit (N) of the sum of guiding forces' rms: half of 10 kN + P/3, with P the axle load (N)."""
+    return 0.5 * (10e3 + axle_load / 3.0)

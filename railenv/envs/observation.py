@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import Literal, NamedTuple
 
 from railenv.equilibrium import find_equilibrium
 from railenv.equipment import Equipped
 from railenv.mounting import carried
+from railenv.vehicles.vehicle import CREEP_COEFFICIENTS
 
 Observation = Literal["state", "sensors"]
+
+CREEP_FACTOR = "creep_factor"
 
 CANT_BASE = 1.5
 """m, the base over which cant is measured in millimetres."""
@@ -27,7 +31,10 @@ class Reading(NamedTuple):
     signal : str
         The same quantity (without noise) among the signals of :mod:`design.loop.feedback`.
     rest : float
-        What is taken off before: the height at which a body above the frames rests on its springs.
+        What is taken off before: the height at which a body above the frames rests on its springs, or
+        the middle of the range from which a number of the vehicle is drawn.
+    drawn : bool
+        Whether it is such a number, the same throughout an episode.
     """
 
     name: str
@@ -35,6 +42,7 @@ class Reading(NamedTuple):
     scale: float
     signal: str
     rest: float = 0.0
+    drawn: bool = False
 
 
 def delay_slots(delay: float, control_period: float) -> int:
@@ -79,6 +87,43 @@ def observation_table(
     if observation == "state":
         rows.append(Reading("cant", "rad", 0.1, "cant"))
     return rows
+
+
+def context_table(model: Equipped, randomize: Mapping[str, tuple[float, float]]) -> list[Reading]:
+    """Return the entries that tell what is drawn of a vehicle: from -1 to 1 over the range of each.
+
+    Parameters
+    ----------
+    model : Equipped
+    randomize : mapping of str to (float, float)
+        Ranges; a number whose range has no width is left out.
+    """
+    rows = []
+    for name, (low, high) in randomize.items():
+        if low < high:
+            signal, unit = _context_signal(model, name)
+            half, middle = 0.5 * (high - low) * unit, 0.5 * (high + low) * unit
+            rows.append(Reading(name, "", half, signal, middle, True))
+    return rows
+
+
+def context_ranges(model: Equipped, readings: Sequence[Reading]) -> dict[str, tuple[float, float]]:
+    """Return the ranges that the entries of :func:`context_table` among some readings stand for."""
+    ranges = {}
+    for reading in readings:
+        if reading.drawn:
+            _, unit = _context_signal(model, reading.name)
+            low, high = reading.rest - reading.scale, reading.rest + reading.scale
+            ranges[reading.name] = (low / unit, high / unit)
+    return ranges
+
+
+def _context_signal(model: Equipped, name: str) -> tuple[str, float]:
+    """Return the vehicle's quantity that tells a number which is drawn, and its value at 1."""
+    if name == CREEP_FACTOR:
+        coefficient = CREEP_COEFFICIENTS[0]  # one tells the factor on all
+        return coefficient, model.plant.parameters[coefficient]
+    return name, 1.0
 
 
 _UNITS = {

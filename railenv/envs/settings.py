@@ -110,6 +110,9 @@ class Settings:
         Bandwidth, noise and bias; ``Sensors.standard()`` when left out. As a mapping, fields left out
         are standard; or a name (``"standard"``, ``"ideal"``).
     observation : {"state", "sensors"}
+    context : bool
+        Whether the observation also tells what is drawn of the vehicle: every number of ``randomize``,
+        from -1 to 1 over its range.
     history : int
         Number of past observations stacked below the present one, oldest last.
     speed_range, cant_range : (float, float)
@@ -132,6 +135,9 @@ class Settings:
         coefficients), ``body_mass`` (kg) and every number of its contact law, such as ``conicity`` of a
         cone or a hollow tread, ``contact_angle`` or ``wear``; with an assembly or a model any of its
         parameters.
+    actuator_failure : float
+        Share of the episodes in which one actuator, drawn at random, gets no more commands from some
+        moment on, drawn from the first three quarters of the episode.
     nadal_limit : float or "contact angle"
         The Y/Q over 2 m above which a wheel counts as derailed. ``"contact angle"``: Nadal's limit for
         the flange of the vehicle's profiles and the friction of the episode.
@@ -155,6 +161,7 @@ class Settings:
     actuator_model: Actuator | None = None
     sensors: Sensors | None = None
     observation: Observation = "state"
+    context: bool = False
     history: int = 0
     speed_range: tuple[float, float]
     cant_range: tuple[float, float] = (0.0, 0.0873)
@@ -165,6 +172,7 @@ class Settings:
     irregularity: Level | Line | None = None
     irregularity_factor: tuple[float, float] = (1.0, 1.0)
     randomize: Mapping[str, tuple[float, float]] = dataclasses.field(default_factory=dict)
+    actuator_failure: float = 0.0
     nadal_limit: float | Literal["contact angle"] = 0.8
     initial_offset: float = 0.003
     duration: float = 10.0
@@ -197,6 +205,13 @@ class Settings:
         checks.known(self.told("name in randomize"), self.randomize, self.randomizable)
         self._check_ranges()
         self._check_nadal_limit()
+        self._check_context()
+        checks.number("actuator_failure", self.actuator_failure, low=0.0, high=1.0)
+        if self.actuator_failure and not self.equipped.command_names:
+            raise ParameterError(
+                f"actuator_failure is {self.actuator_failure:g}, but {self.equipped.plant.name} has no "
+                "actuators"
+            )
         if self.critical_speed is not None:
             checks.speed(self.critical_speed, "critical_speed")
         for name, unit in (("max_cant_deficiency", "m"), ("min_radius", "m"), ("duration", "s")):
@@ -268,6 +283,16 @@ class Settings:
         checks.choice("nadal_limit", self.nadal_limit, [CONTACT_ANGLE])
         for wheelset in self.equipped.guided:
             nadal_limits(self.nadal_limit, wheelset)
+
+    def _check_context(self) -> None:
+        """Raise where the observation is to tell what is drawn of the vehicle, and nothing is."""
+        if not isinstance(self.context, bool):
+            raise ParameterError(f"context is {shown(self.context)}; it must be True or False")
+        if self.context and not any(low < high for low, high in self.randomize.values()):
+            raise ParameterError(
+                "context is True, but nothing is drawn of the vehicle (randomize is "
+                f"{dict(self.randomize)})"
+            )
 
     def _check_model(self) -> None:
         """Raise where vehicle, actuators and sensors do not go together, or nothing is guided."""

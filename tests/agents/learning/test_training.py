@@ -16,8 +16,9 @@ from typer.testing import CliRunner
 
 import agents
 import railenv
-from agents.learning.recipe import Curriculum, Evaluation, Recipe, environment_keywords, recipe
+from agents.learning.recipe import Curriculum, Evaluation, Recipe, recipe
 from railenv import cli
+from railenv.tasks import TASKS
 
 pytest.importorskip("stable_baselines3")
 
@@ -36,7 +37,9 @@ BOGIE, DUAL = "railenv/Bogie-v1", "railenv/DualWheelset-v1"
 TINY = {
     "n_envs": 8,
     "threads": 1,
-    "env_kwargs": {"duration": 0.3, "irregularity": None, "randomize": {"conicity": [0.05, 0.1]}},
+    "normalize": True,
+    "env_kwargs": {"observation": "sensors", "duration": 0.3, "randomize": {"conicity": [0.05, 0.1]}},
+    "memory": {"corners": [0.5, 5.0]},
     "evaluation": {"every": 128, "episodes": 2},
     "checkpoint_every": 128,
     "curriculum": {"start": 80.0, "by": "success", "episodes": 5, "share": 0.5},
@@ -45,6 +48,7 @@ OWN = {
     "ppo": {"n_steps": 16, "batch_size": 64, "n_epochs": 2},
     "sac": {"learning_starts": 40, "batch_size": 32, "train_freq": 8},
     "td3": {"learning_starts": 40, "batch_size": 32, "train_freq": 8},
+    "tqc": {"learning_starts": 40, "batch_size": 32, "train_freq": 8},
 }
 
 
@@ -67,7 +71,6 @@ def algorithm(request):
 @pytest.mark.parametrize("env_id", [BOGIE, DUAL])
 def test_shipped_recipes_make_environments_and_come_back_from_json(algorithm, env_id):
     made = recipe(algorithm, env_id)
-    assert made.environment()["observation"] == "sensors"
     data = json.loads(json.dumps(made.plain()))
     assert Recipe.of(data.pop("algorithm"), env_id, data) == made
     Trainer(dataclasses.replace(made, n_envs=2, evaluation=Evaluation(episodes=1)), None, None)
@@ -114,6 +117,7 @@ def test_files_of_ones_own(tmp_path):
         ({"policy_kwargs.squash_output": True}, "squash_output"),
         ({"authority": 2.0}, "authority is 2"),
         ({"symmetric": "yes"}, "symmetric"),
+        ({"normalize": "all"}, "normalize is 'all'; it must be 'rewards' or 'observations'"),
     ],
 )
 def test_wrong_recipes_raise(changes, match):
@@ -128,24 +132,25 @@ def test_unknown_algorithms_and_environments_raise():
         agents.train("ppo", "CartPole-v1")
 
 
-def test_environment_keywords_from_plain_data():
-    keywords = environment_keywords(
-        {
-            "vehicle": "TABLE_1",
-            "weights": {"hunting": 0.9},
-            "sensors": {"gyro_noise": 0.0},
-            "actuator_model": {"delay": 0.02},
-            "randomize": {"friction": [0.1, 0.5]},
-            "speed_range": [40, 90],
-        },
-        "secondary",
-    )
-    assert keywords["vehicle"] is railenv.TABLE_1
-    assert (keywords["weights"].hunting, keywords["weights"].ride) == (0.9, 0.2)
-    assert keywords["sensors"].gyro_noise == 0.0
-    assert (keywords["actuator_model"].delay, keywords["actuator_model"].limit) == (0.02, 26e3)
-    assert keywords["randomize"] == {"friction": (0.1, 0.5)}
-    HuntingVecEnv.make(BOGIE, num_envs=1, **keywords)
+@pytest.mark.parametrize("given", ["ppo", "sac", "td3", "tqc"])
+def test_recipes_change_nothing_of_the_tasks(given):
+    """What a baseline is trained in is what the task's page describes."""
+    for task in TASKS:
+        made = recipe(given, task.id)
+        assert not made.env_kwargs
+        assert made.memory.history == task.keywords.get("history", 0)
+        assert made.evaluation.criterion == "critical_speed"
+        assert not any(made.normalizes)
+
+
+def test_what_is_normalised():
+    made = {v: recipe("ppo", BOGIE, {"normalize": v}) for v in (False, True, "rewards", "observations")}
+    assert [m.normalizes for m in made.values()] == [
+        (False, False),
+        (True, True),
+        (False, True),
+        (True, False),
+    ]
 
 
 def test_missing_packages_are_named(monkeypatch):

@@ -1,0 +1,1 @@
+"""What classical controllers earn in the registered tasks."""
