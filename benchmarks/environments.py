@@ -6,6 +6,7 @@ dominate; on tight curves some episodes hunt nevertheless.
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import subprocess
@@ -43,6 +44,8 @@ SMALLEST_SHARE = 0.6  # of the bare kernel's rate
 SMALLEST_GAIN = 8.0  # over SyncVectorEnv
 RESETS, RESET_REPETITIONS = 20, 15
 FRAME_REPETITIONS = 40
+CHART_STEPS = 900  # of 5 ms, that the strip chart of 4 s is full
+SMALLEST_FRAME_RATE = 250.0  # steps with a frame of each, a second
 MEMORY_STEPS, MEMORY_DURATION = 1000, 2.0  # steps of all environments; s, so that episodes end twice
 LARGEST_GROWTH = 4.0  # MiB
 EQUIPPED: dict[str, Any] = {"observation": "sensors", "history": 3, "track": "curve"}
@@ -320,6 +323,7 @@ def _frames() -> Iterator[Row]:
     except ImportError:
         yield Row("frame of the renderer", "pygame is not installed", "", "")
         return
+    yield from _steps_with_frames()
     names = [*SPEEDS, CARTPOLE]
     times = processor_times([_frame_action(name) for name in names], FRAME_REPETITIONS)
     cartpole = times.pop()[0]
@@ -332,6 +336,44 @@ def _frames() -> Iterator[Row]:
             f"{CARTPOLE}, {with_unit(cartpole, 'ms')}; median elapsed, {with_unit(elapsed, 'ms')}",
             processor / cartpole,
         )
+
+
+def _steps_with_frames() -> Iterator[Row]:
+    """Steps with random actions, each with a frame whose strip chart is full."""
+    cases = [_framed_step(name) for name in SPEEDS]
+    times = processor_times([action for case in cases for action in case], FRAME_REPETITIONS)
+    for name, (processor, elapsed), (step, _) in zip(SPEEDS, times[::2], times[1::2], strict=True):
+        yield Row(
+            f"steps of {name} with a frame of each, rgb_array",
+            1.0 / processor,
+            "1/s",
+            f"shortest processor time of {FRAME_REPETITIONS}",
+            f"the step alone, {with_unit(step, 'µs')}; median elapsed, {with_unit(elapsed, 'ms')}",
+            processor / step,
+            f"at least {SMALLEST_FRAME_RATE:g}",
+            processor * SMALLEST_FRAME_RATE <= 1.0,
+        )
+
+
+def _framed_step(name: str) -> list[Action]:
+    """Return a step with its frame, and the step alone."""
+    env = _single(name, render_mode="rgb_array")
+    env.action_space.seed(0)
+    env.reset(seed=0)
+    actions = itertools.cycle([env.action_space.sample() / 3.0 for _ in range(FRAME_REPETITIONS)])
+
+    def step() -> None:
+        _, _, terminated, truncated, _ = env.step(next(actions))
+        if terminated or truncated:
+            env.reset()
+
+    def step_and_render() -> None:
+        step()
+        env.render()
+
+    for _ in range(CHART_STEPS):
+        step()
+    return [step_and_render, step]
 
 
 def _frame_action(name: str) -> Action:

@@ -108,7 +108,8 @@ def test_wheel_has_the_packages_and_nothing_else(sdist, wheel):
     assert {f"agents/learning/hyperparams/{name}.yml" for name in ("ppo", "sac", "td3")} < data
     assert "design/reproduction/templates/page.html" in data
     assert {f"railenv/vehicles/{name}.toml" for name in ("bogie", "dual_wheelset")} < data
-    assert {f"railenv/kernels/texts/{name}.pyk" for name in ("environment", "integrators")} < data
+    texts = ("environment", "integrators", "pictures")
+    assert {f"railenv/kernels/texts/{name}.pyk" for name in texts} < data
     kinds = {Path(name).suffix for name in own}
     assert kinds == {
         ".py",

@@ -13,6 +13,7 @@ from design.curves.follower import Follower, Node, cubic
 from design.curves.locate import located
 from design.curves.plane import Plane
 from design.curves.systems import hopf_system
+from design.cycles.shooting import displacement
 
 _CLOSED = 0.1  # of a step: how near a closed curve passes its first point
 _STEP, _STEPS = 0.1, 12  # longest step to a Bautin point, and how many on either side
@@ -76,12 +77,7 @@ def size(plane: Plane, told: Features) -> float:
     """Return the largest amplitude of a displacement in the model's scale, infinite without one."""
     if told.amplitudes is None:
         return math.inf
-    return float((told.amplitudes / plane.model.scale)[displacements(plane)].max())
-
-
-def displacements(plane: Plane) -> slice:
-    """Return which states are displacements, as a vehicle has them: the first half."""
-    return slice(0, max(plane.model.n_states // 2, 1))
+    return displacement(plane.model, told.amplitudes)
 
 
 def closes(first: Node, last: Node, new: Node, phased: bool) -> bool:

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from design.curves import systems
 from design.curves.bordering import NoPoint
 from design.curves.curve import CurveError, CurveKind, CurvePoint, CurveSpecialPoint
-from design.curves.ends import displacements, size
+from design.curves.ends import size
 from design.curves.follower import Follower
 from design.curves.plane import Plane, Range
 from design.curves.starts import Beginning, check_parts
 from design.curves.systems import System
 from design.cycles.shooting import CONDITIONS, Shooting, steps_for
+from design.stability.mode_shape import displacement_rows
 from railenv import checks
 from railenv.errors import ParameterError
 from railenv.models import Model
@@ -130,7 +131,7 @@ def _small_cycles(plane: Plane, start: CurveSpecialPoint) -> Beginning:
     n, scale = plane.model.n_states, plane.model.scale
     values, vectors = np.linalg.eig(shooting.linear(point.state, plane.start)[:, :n])
     mode = vectors[:, np.argmin(np.abs(values - 2j * math.pi / point.period))]
-    seen = (mode / scale)[displacements(plane)]
+    seen = (mode / scale)[displacement_rows(plane.model)]
     mode = mode / seen[np.argmax(np.abs(seen))]
     turn = np.exp(2j * np.pi * np.linspace(0.0, 1.0, shooting.steps + 1))
     for amplitude in _AMPLITUDES:

@@ -19,6 +19,7 @@ from design.cycles.shooting import Setting, Shooting
 from design.cycles.starts import hopf_mode
 from design.stability.critical_speed import SPEED_RANGE, critical_speed
 from design.stability.loss import CriticalSpeed, HopfPoint, analyse_hopf_points_by
+from design.stability.mode_shape import displacement_rows
 from railenv import checks
 from railenv.models import Model
 
@@ -78,9 +79,8 @@ def _direction(
     assert hopf.speed is not None
     limits = (0.2 * hopf.speed, 5.0 * hopf.speed)
     run = CycleContinuation.from_hopf(setting, hopf, limits, 0.3, None)
-    scale = setting.model.scale
-    displacements = slice(0, max(len(scale) // 2, 1))
-    k = int(np.argmax((run.cycles[0].amplitudes / scale)[displacements]))
+    scale, rows = setting.model.scale, displacement_rows(setting.model)
+    k = rows[int(np.argmax((run.cycles[0].amplitudes / scale)[rows]))]
     wanted = tuple(a * float(scale[k]) for a in AMPLITUDES)
     while run.cycles[-1].amplitudes[k] < wanted[1] and len(run.cycles) < _POINTS:
         run.run(len(run.cycles) + 1, progress=False)
@@ -109,7 +109,7 @@ def _normal_form(setting: Setting, hopf: CriticalSpeed) -> tuple[float | None, f
         return shooting.jacobian(state + displacement, speed)
 
     coefficient, multiple = lyapunov_coefficient(jacobian, part, abs(hopf.eigenvalue.imag))
-    largest = float(np.abs(part[: max(len(part) // 2, 1)]).max())
+    largest = float(np.abs(part[displacement_rows(setting.model)]).max())
     return coefficient, None if multiple is None else multiple * largest
 
 

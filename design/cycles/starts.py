@@ -11,6 +11,7 @@ from design.cycles.cycle import CycleError, SpecialPoint
 from design.cycles.multipliers import direction_of
 from design.cycles.shooting import Shooting
 from design.stability.loss import CriticalSpeed
+from design.stability.mode_shape import displacement_rows
 
 Array = NDArray[np.float64]
 
@@ -117,13 +118,15 @@ def hopf_mode(shooting: Shooting, hopf: CriticalSpeed) -> NDArray[np.complex128]
     mode = np.zeros(model.n_states, dtype=complex)
     everything = np.tile(np.arange(model.n_states, dtype=float), (2, 1))
     everything[1] += model.scale  # every part moves
+    rows = displacement_rows(model)
     for part in shooting.parts(everything):
         values, vectors = np.linalg.eig(A[np.ix_(part, part)])
         k = int(np.argmin(np.abs(values - hopf.eigenvalue)))
         if abs(values[k] - hopf.eigenvalue) > _SAME_MODE * abs(hopf.eigenvalue):
             continue
         shape = vectors[:, k] / model.scale[part]
-        displacements = shape[: max(len(shape) // 2, 1)]
-        moving = displacements if np.abs(displacements).max() > _MOVES * np.abs(shape).max() else shape
+        displacements = shape[np.isin(part, rows)]
+        moves = np.abs(displacements).max(initial=0.0) > _MOVES * np.abs(shape).max()
+        moving = displacements if moves else shape
         mode[part] = vectors[:, k] / moving[np.argmax(np.abs(moving))]
     return mode

@@ -116,12 +116,8 @@ def survivors(
         )
         sizes[lanes, :-1] = sizes[lanes, 1:]
         sizes[lanes, -1] = [displacement(model, a) for a in amplitudes[lanes]]
-        moving = sizes[:, -1] > STILL  # False where states are no longer finite
-        change = np.abs(sizes[:, -1] / np.maximum(sizes[:, -2], STILL) - 1.0)
-        steady[lanes] = change[lanes] <= _STEADY
-        wavering = (np.diff(sizes, axis=1) > 0.0).any(axis=1)  # with as many changes as are kept
-        settled = np.isfinite(sizes).all(axis=1) & wavering
-        lanes = np.flatnonzero(np.isin(np.arange(len(ends)), lanes) & moving & ~steady & ~settled)
+        steady[lanes] = _steady(sizes[lanes])
+        lanes = lanes[_dying(sizes[lanes]) & ~steady[lanes]]
         if lanes.size == 0:
             break
     speed = conditions[:, 0]
@@ -130,6 +126,18 @@ def survivors(
         Survivor(float(speed[i]), amplitudes[i], ends[i], bool(steady[i]))
         for i in np.flatnonzero(persist)
     )
+
+
+def _steady(sizes: Array) -> NDArray[np.bool_]:
+    """Return which motions have stopped changing; each row has the last amplitudes of one."""
+    return np.asarray(np.abs(sizes[:, -1] / np.maximum(sizes[:, -2], STILL) - 1.0) <= _STEADY)
+
+
+def _dying(sizes: Array) -> NDArray[np.bool_]:
+    """Return which motions may still die out: they move, and not one of their amplitudes grew."""
+    moving = sizes[:, -1] > STILL  # False where states are no longer finite
+    wavering = (np.diff(sizes, axis=1) > 0.0).any(axis=1)
+    return np.asarray(moving & ~(np.isfinite(sizes).all(axis=1) & wavering))
 
 
 def _simulated(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -303,17 +303,24 @@ def lyapunov_exponents(
         if len(parts) < _FEWEST:
             raise
         ended = f"interrupted after {len(parts)} of {_BLOCKS} parts of the duration"
+    return _told(setting, motion.step, tangent, parts, ended)
+
+
+def _told(
+    setting: Setting, step: float, tangent: _Tangent, parts: Sequence[_Part], ended: str | None
+) -> LyapunovExponents:
+    """Return what the parts of a run tell, and why it ended early."""
     growth = np.concatenate([part.growth for part in parts])
     signal = np.concatenate([part.signal for part in parts])
     passages = _passages(signal, tangent.stretch * len(growth) / len(signal))
     ends, blocks = _blocks(growth, tangent.stretch, passages)
     return LyapunovExponents(
-        model_name=model.name,
+        model_name=setting.model.name,
         speed=setting.speed,
         curvature=setting.curvature,
         cant=setting.cant,
         duration=tangent.stretch * len(growth),
-        step=motion.step,
+        step=step,
         stretch=tangent.stretch,
         ends=ends,
         blocks=blocks,
@@ -321,9 +328,9 @@ def lyapunov_exponents(
         frequency=_frequency(passages),
         lowest=np.array([part.lowest for part in parts]),
         highest=np.array([part.highest for part in parts]),
-        scale=model.scale,
+        scale=setting.model.scale,
         end=tangent.state,
-        state_names=model.state_names,
+        state_names=setting.model.state_names,
         ended=ended,
     )
 

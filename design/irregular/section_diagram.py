@@ -267,14 +267,9 @@ def section_diagram(
         checks.whole("exponents", exponents, low=0),
         checks.number("exponents_over", exponents_over, low=0.0, open_low=True, unit="s"),
     )
-    if not sweeps:
-        raise ParameterError("sweeps is empty; give at least one of 'up', 'down' and 'apart'")
-    for sweep in sweeps:
-        checks.choice("sweep", sweep, _SWEEPS)
+    _check_sweeps(sweeps)
     run = _Run(plan, [float(v) for v in given], initial_state, perturbation)
-    work = [
-        (sweep, v) for sweep in sweeps for v in (run.values[::-1] if sweep == "down" else run.values)
-    ]
+    work = [(sweep, v) for sweep in sweeps for v in run.way(sweep)]
     try:
         for sweep, value in tracked(work, f"section diagram, {model.name}", progress):
             run.go(sweep, value)
@@ -283,6 +278,13 @@ def section_diagram(
             raise
         run.ended.append(f"interrupted after {len(run.points)} of {len(work)} motions")
     return SectionDiagram(model.name, parameter, plan.section, tuple(run.points), tuple(run.ended))
+
+
+def _check_sweeps(sweeps: Sequence[Sweep]) -> None:
+    if not sweeps:
+        raise ParameterError("sweeps is empty; give at least one of 'up', 'down' and 'apart'")
+    for sweep in sweeps:
+        checks.choice("sweep", sweep, _SWEEPS)
 
 
 class _Run:
@@ -303,6 +305,10 @@ class _Run:
         self._carried: Array | None = None
         # values at which a carried motion was lost on the way up, and on the way down
         self._highest, self._lowest = math.inf, -math.inf
+
+    def way(self, sweep: Sweep) -> list[float]:
+        """Return the values in the order of a sweep."""
+        return self.values[::-1] if sweep == "down" else self.values
 
     def go(self, sweep: Sweep, value: float) -> None:
         """Compute the motion at the next value of a sweep, unless that has ended."""

@@ -14,7 +14,7 @@ import railenv
 from railenv.cli.common import out, print_json
 from railenv.cli.options import JsonOption
 from railenv.errors import ParameterError
-from railenv.kernels.loader import cache_directory
+from railenv.kernels.loader import cache_directory, load_pictures
 from railenv.vehicles.lookup import named
 
 if TYPE_CHECKING:
@@ -73,6 +73,7 @@ def _shipped() -> Iterator[Job]:
         actuated = railenv.Equipped(model, place)  # type: ignore[arg-type]
         yield from _of_model(actuated, lanes=False)
         yield from _of_environments(actuated)
+    yield "pictures of environments", _pictures
 
 
 def _own(file: str) -> Iterator[Job]:
@@ -134,6 +135,15 @@ def _batch(model: Model) -> None:
     batch.conditions = [_SPEED, 0.0, 0.0]
     batch.rhs()
     batch.integrate(step=1e-3, steps=1)
+
+
+def _pictures() -> None:
+    """Call what pictures of environments call."""
+    kernels = load_pictures()
+    pixels = np.zeros((4, 4), dtype=np.uint32)
+    kernels.halve(pixels, pixels[:2, :2])
+    kernels.pack(pixels.reshape(-1), np.zeros(12, dtype=np.uint32))
+    kernels.stroke(pixels, np.zeros(2), np.zeros(2), 0.5, np.uint32(0))
 
 
 def _environment(model: railenv.Equipped, count: int) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from functools import cached_property
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -13,11 +12,12 @@ from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
 from railenv.envs.fleet import Fleet
+from railenv.model import Model
 from railenv.mounting import frames
 from railenv.vehicles.guided import Guided
 
 if TYPE_CHECKING:
-    from railenv.envs.rendering import Outline, Renderer, Scene
+    from railenv.envs.rendering import History, Outline, Renderer, Scene
 
 _SECONDS = 4.0
 
@@ -36,6 +36,46 @@ def steps_a_frame(control_period: float) -> int:
     return max(1, round(1.0 / (WINDOW_RATE * control_period)))
 
 
+class Past:
+    """The last control steps of one environment, for the strip chart.
+
+    Parameters
+    ----------
+    samples : int
+        Number of steps that it holds.
+    n_actuators, n_wheelsets : int
+        Number of actions, and of displacements, of a step.
+    """
+
+    def __init__(self, samples: int, n_actuators: int, n_wheelsets: int) -> None:
+        self._samples = samples
+        self._n_actuators = n_actuators
+        # Twice the room: what is held lies in one piece, and moves to the front once in a while.
+        self._rows = np.zeros((2 * samples, 1 + n_actuators + n_wheelsets))
+        self._end = 0
+
+    def clear(self) -> None:
+        """Forget all steps."""
+        self._end = 0
+
+    def add(self, time: float, action: NDArray[np.float64], y: NDArray[np.float64]) -> None:
+        """Add a step: its time (s), actions, and displacements of the wheelsets (m)."""
+        if self._end == len(self._rows):
+            self._rows[: self._samples] = self._rows[self._samples :]
+            self._end = self._samples
+        row = self._rows[self._end]
+        row[0], row[1 : 1 + self._n_actuators], row[1 + self._n_actuators :] = time, action, y
+        self._end += 1
+
+    def history(self) -> History:
+        """Return the steps held, oldest first."""
+        from railenv.envs.rendering import History
+
+        rows = self._rows[max(0, self._end - self._samples) : self._end]
+        y = 1 + self._n_actuators
+        return History(rows[:, 0], rows[:, y:], rows[:, 1:y])
+
+
 class Recorder:
     """Keeps the strip chart of one environment and draws its frames.
 
@@ -47,24 +87,22 @@ class Recorder:
         self._mode = render_mode
         self._env = env
         self._renderer: Renderer | None = None
+        self._leading: tuple[Model, Guided] | None = None  # of the vehicle last drawn
         period = fleet.settings.control_period
         self._every = steps_a_frame(period)
-        samples = max(2, round(_SECONDS / period))
-        self._past: deque[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = deque(
-            maxlen=samples
-        )
+        n = fleet.n_actuators, len(fleet.model.guided)
+        self._past = None if render_mode is None else Past(max(2, round(_SECONDS / period)), *n)
 
     def restart(self) -> None:
         """Forget the past, at a reset."""
-        self._past.clear()
+        if self._past is not None:
+            self._past.clear()
 
     def record(self, action: NDArray[np.floating]) -> None:
         """Add a control step to the strip chart."""
-        if self._mode is None:
-            return
-        state = self._fleet.state(self._env)
-        lateral = [self._fleet.model.state_names.index(g.y) for g in self._wheelsets]
-        self._past.append((self._time, state[lateral], np.clip(np.array(action), -1.0, 1.0)))
+        if self._past is not None:
+            y = self._fleet.state(self._env)[self._lateral]
+            self._past.add(self._time, np.clip(np.array(action), -1.0, 1.0), y)
 
     @property
     def due(self) -> bool:
@@ -82,20 +120,17 @@ class Recorder:
 
     def scene(self) -> Scene:
         """Return what the next frame shows; see :meth:`check`."""
-        from railenv.envs.rendering import History, Scene
+        from railenv.envs.rendering import Scene
 
         self.check()
         fleet, i = self._fleet, self._env
         episode = fleet.episodes[i]
         assert episode is not None
+        assert self._past is not None
         speed, curvature, cant = fleet.conditions(i)
-        places, outlines = self._places()
-        history = History.empty(fleet.n_actuators, len(places))
-        if self._past:
-            times, displacements, actions = zip(*self._past, strict=True)
-            history = History(np.array(times), np.array(displacements), np.array(actions))
+        places, outlines = self._places
         reason = fleet.reason(i)
-        first = episode.plant.guided[self._order[0]]
+        first = self._first(episode.plant)
         return Scene(
             time=self._time,
             speed=speed,
@@ -109,7 +144,7 @@ class Recorder:
             half_wheelbase=max(places[0], first.half_gauge),
             wheel_radius=first.wheel_radius,
             flange_clearance=first.clearance,
-            history=history,
+            history=self._past.history(),
             derailed=reason or None,
             wheelsets=places,
             outlines=outlines,
@@ -121,16 +156,29 @@ class Recorder:
         guided = self._fleet.model.guided
         return sorted(range(len(guided)), key=lambda k: -guided[k].x)
 
-    @property
+    @cached_property
     def _wheelsets(self) -> list[Guided]:
-        return [self._fleet.model.guided[k] for k in self._order]
+        guided = self._fleet.model.guided
+        return [guided[k] for k in self._order]
 
-    @property
+    @cached_property
+    def _lateral(self) -> list[int]:
+        """Numbers of the states that are displacements of the wheelsets."""
+        return [self._fleet.model.state_names.index(g.y) for g in self._wheelsets]
+
+    def _first(self, plant: Model) -> Guided:
+        """Return the leading wheelset with the numbers of an episode's vehicle."""
+        if self._leading is None or self._leading[0] is not plant:
+            self._leading = plant, plant.guided[self._order[0]]
+        return self._leading[1]
+
+    @cached_property
     def _others(self) -> list[str]:
         """Bodies that move and are no wheelsets."""
         names = [g.name for g in self._wheelsets]
         return [name for name in self._fleet.model.body_names if name not in names]
 
+    @cached_property
     def _places(self) -> tuple[tuple[float, ...], tuple[Outline, ...]]:
         """Return where the wheelsets are, from their middle (m), and how the other bodies are drawn."""
         from railenv.envs.rendering import Outline
@@ -153,11 +201,14 @@ class Recorder:
             outlines.append(Outline(at[name] - middle, reach, kind))
         return tuple((x - middle).tolist()), tuple(outlines)
 
+    @cached_property
+    def _bodies(self) -> list[str]:
+        return [*(g.name for g in self._wheelsets), *self._others]
+
     def _poses(self, state: NDArray[np.float64]) -> NDArray[np.float64]:
         """y, z, phi and psi of the wheelsets, then of the other bodies."""
         motions = self._fleet.model.plant.equations.motions(state.tolist())
-        order = [*(g.name for g in self._wheelsets), *self._others]
-        return np.array([motions[name][:4] for name in order], dtype=float)
+        return np.array([motions[name][:4] for name in self._bodies], dtype=float)
 
     def draw(self) -> NDArray[np.uint8] | None:
         """Draw a frame; returns it in the mode rgb_array."""

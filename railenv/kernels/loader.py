@@ -113,10 +113,14 @@ def _fallback(place: str, error: str) -> Path:
 def compilable_text(source: str, lanes: int, dtype: str, program: Program = "integrate") -> str:
     """Join header, elementary functions, generated kernels and integrators into one text."""
     functions, integrators = _text_of("integrators.pyk").split(_KERNELS_GO_HERE)
-    header = _HEADER.format(dtype=dtype, rounder=_ROUNDER[dtype], lanes=lanes, wide=WIDE)
+    header = _header(lanes, dtype)
     rows = _ROWS.format(layout_of(source))
     further = [_text_of("environment.pyk")] if program == "environment" else []
     return "\n".join([header, functions, source, rows, integrators, *further])
+
+
+def _header(lanes: int, dtype: str) -> str:
+    return _HEADER.format(dtype=dtype, rounder=_ROUNDER[dtype], lanes=lanes, wide=WIDE)
 
 
 def layout_of(source: str) -> Layout:
@@ -161,15 +165,31 @@ def load(
     CompilationError
         If Numba is told to compile nothing.
     """
+    module: Any = _module(compilable_text(source, lanes, dtype, program))
+    module.LAYOUT = layout_of(source)
+    return module
+
+
+@cache
+def load_pictures() -> ModuleType:
+    """Import the kernels for pictures, of ``texts/pictures.pyk``, compiling nothing yet.
+
+    Raises
+    ------
+    CompilationError
+        If Numba is told to compile nothing.
+    """
+    return _module("\n".join([_header(SCALAR, "float64"), _text_of("pictures.pyk")]))
+
+
+def _module(text: str) -> ModuleType:
+    """Import a text from where its compiled functions are kept."""
     _check_numba()
-    text = compilable_text(source, lanes, dtype, program)
     name = f"railenv_kernel_{hashlib.sha256(text.encode()).hexdigest()[:24]}"
     path = cache_directory() / f"{name}.py"
     if not _holds(path, text):
         write_whole(path, text)
-    module: Any = _import(name, path)
-    module.LAYOUT = layout_of(source)
-    return module
+    return _import(name, path)
 
 
 def _check_numba() -> None:

@@ -2,42 +2,61 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from railenv.envs.rendering.colours import Colour
 from railenv.envs.rendering.layout import Box
-
-if TYPE_CHECKING:
-    import pygame
+from railenv.kernels.loader import load_pictures
 
 _FAR = 1e4
 
 
 class Canvas:
-    """A surface to draw on in page units; points are complex numbers, x to the right and y down."""
+    """A surface to draw on in page units; points are complex numbers, x to the right and y down.
 
-    def __init__(self, surface: pygame.Surface, scale: float, origin: complex) -> None:
+    Parameters
+    ----------
+    size : tuple of int
+        Width and height in pixels.
+    scale : float
+        Pixels of a page unit.
+    origin : complex
+        The point in the upper left corner.
+    """
+
+    def __init__(self, size: tuple[int, int], scale: float, origin: complex) -> None:
         import pygame
 
         self._draw = pygame.draw
-        self.surface = surface
+        self._stroke = load_pictures().stroke
+        # Surface and array are the same memory: red, green, blue and a byte that is not looked at.
+        self.array: NDArray[np.uint32] = np.zeros((size[1], size[0]), dtype=np.uint32)
+        self.surface = pygame.image.frombuffer(self.array.data.cast("B"), size, "RGBX")
         self.scale = scale
         self.origin = origin
 
-    def pixels(self, points: Iterable[complex] | NDArray[np.complex128]) -> list[tuple[int, int]]:
-        """Return points in pixels; those far outside are brought to where integers suffice."""
+    def pixels(self, points: Iterable[complex] | NDArray[np.complex128]) -> list[Any]:
+        """Return points in pixels, pairs of integers; an array gives a list in lists of its shape.
+
+        Those far outside are brought to where integers suffice.
+        """
         scale, x, y = self.scale, self.origin.real, self.origin.imag
         if isinstance(points, np.ndarray):
-            if len(points) > 16:
-                parts = ((points - self.origin) * scale).view(float).reshape(-1, 2)
-                whole: Any = np.rint(np.clip(parts, -_FAR, _FAR)).astype(int).tolist()
-                return whole
-            points = points.tolist()
-        return [(_whole((z.real - x) * scale), _whole((z.imag - y) * scale)) for z in points]
+            parts = ((points - self.origin) * scale).view(float).reshape(*points.shape, 2)
+            whole: list[Any] = np.rint(np.clip(parts, -_FAR, _FAR)).astype(int).tolist()
+            return whole
+        return [
+            (
+                round(px if -_FAR < (px := (z.real - x) * scale) < _FAR else _far(px)),
+                round(py if -_FAR < (py := (z.imag - y) * scale) < _FAR else _far(py)),
+            )
+            for z in points
+        ]
 
     def polygon(
         self,
@@ -52,6 +71,13 @@ class Canvas:
             self._draw.polygon(self.surface, fill, pixels)
         if edge is not None:
             self._draw.lines(self.surface, edge, True, pixels, self.thickness(width))
+
+    def polygons(self, corners: NDArray[np.complex128], fill: Colour) -> None:
+        """Draw filled polygons narrower than the surface; each row has the corners of one."""
+        width = self.surface.get_width()
+        for pixels in self.pixels(corners):
+            if any(0 <= column < width for column, _ in pixels):
+                self._draw.polygon(self.surface, fill, pixels)
 
     def circle(self, centre: complex, radius: float, fill: Colour, edge: Colour | None = None) -> None:
         """Draw a disc, with an edge within its radius."""
@@ -89,14 +115,14 @@ class Canvas:
             self._draw.line(self.surface, colour, a, b, self.thickness(1.0))
 
     def curve(self, x: NDArray[np.float64], y: NDArray[np.float64], colour: Colour) -> None:
-        """Draw a smooth line, about one and a half units thick, through more than one point."""
+        """Draw a smooth line, not quite two units thick, through more than one point."""
         if len(x) < 2:
             return
         px = (x - self.origin.real) * self.scale
         py = np.clip((y - self.origin.imag) * self.scale, -_FAR, _FAR)
-        for shift in (-0.35, 0.35):
-            points = np.column_stack([px, py + shift * self.scale]).tolist()
-            self._draw.aalines(self.surface, colour, False, points)
+        red, green, blue = colour
+        number = np.uint32(red | green << 8 | blue << 16)
+        self._stroke(self.array, px, py, max(0.5, 0.9 * self.scale), number)
 
     def steps(self, x: NDArray[np.float64], y: NDArray[np.float64], colour: Colour) -> None:
         """Draw a line of horizontal and vertical pieces, which need no smoothing."""
@@ -108,5 +134,5 @@ class Canvas:
         return max(1, round(width * self.scale))
 
 
-def _whole(pixel: float) -> int:
-    return round(min(max(pixel, -_FAR), _FAR))
+def _far(pixel: float) -> float:
+    return math.copysign(_FAR, pixel)

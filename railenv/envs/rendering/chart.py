@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -46,41 +47,53 @@ class Axes(NamedTuple):
         return self.box.centre.imag - np.clip(value / self.limit, -1.0, 1.0) * self.box.height / 2.0
 
 
+class Scales(NamedTuple):
+    """What stays the same from frame to frame: the diagrams, their scales and the clearance (mm)."""
+
+    upper: Axes
+    lower: Axes | None
+    step: float
+    clearance: float
+
+    @classmethod
+    def of(cls, scene: Scene) -> Scales:
+        """Return those into which a scene's history fits."""
+        history = scene.history
+        span = float(history.time[-1] - history.time[0]) if len(history.time) else 0.0
+        window, every = next((w for w in _WINDOWS if w[0] >= span - 1e-9), (span, span / 5.0))
+        left, width = CHART.left + 40, CHART.width - 92
+        actuated = history.action.shape[1] > 0
+        box = Box(left, CHART.top + 22, width, 98 if actuated else 168)
+        clearance = 1e3 * scene.flange_clearance
+        largest = max(1.25 * clearance, 1e3 * float(np.abs(history.y).max(initial=0.0)))
+        limit, step = next((r for r in _RANGES if r[0] >= largest), _RANGES[-1])
+        upper, lower = Axes(box, limit, 0.0, window, every), None
+        if actuated:
+            below = Box(left, box.bottom + 26, width, CHART.bottom - 18 - box.bottom - 26)
+            lower = Axes(below, 1.0, 0.0, window, every)
+        return cls(upper, lower, step, clearance)
+
+
 def draw_chart(page: Page, scene: Scene) -> None:
     """Draw displacements, and below them the actions where there are actuators."""
     history = scene.history
-    page.canvas.rectangle(CHART, None, GRID)
-    page.text(
-        "lateral displacement, mm (left +)", complex(CHART.left + 8, CHART.top + 3), 12, bold=True
-    )
-    span = float(history.time[-1] - history.time[0]) if len(history.time) else 0.0
-    window, every = next((w for w in _WINDOWS if w[0] >= span - 1e-9), (span, span / 5.0))
+    scales = Scales.of(scene)
+    page.kept(CHART, scales, partial(_draw_still, page, scales))
     now = float(history.time[-1]) if len(history.time) else scene.time
-    left, width = CHART.left + 40, CHART.width - 92
-    actuated = history.action.shape[1] > 0
-    box = Box(left, CHART.top + 22, width, 98 if actuated else 168)
-    delta = 1e3 * scene.flange_clearance
-    largest = max(1.25 * delta, 1e3 * float(np.abs(history.y).max(initial=0.0)))
-    limit, step = next((r for r in _RANGES if r[0] >= largest), _RANGES[-1])
-    axes = Axes(box, limit, now, window, every)
-    _draw_scales(page, axes, step, bottom=not actuated)
-    _draw_clearance(page, axes, delta)
-    legend = CHART.right - 52
-    count = len(scene.wheelsets)
-    between = list(range(count - 2, 0, -1))
-    for i in (*between, *([count - 1] if count > 1 else []), 0):
-        colour = of_wheelset(i, count)
-        if len(history.time):
-            page.canvas.curve(*trace(axes, history.time, 1e3 * history.y[:, i]), colour)
-        if i in between:
-            continue
-        name = "" if count == 1 else "trailing " if i else "leading "
-        words = f"{name}{number(1e3 * float(scene.bodies[i, 0]))}"
-        page.text(words, complex(legend, CHART.top + 3), 12, colour, align="right", bold=True)
-        legend -= 130
-    if actuated:
-        below = Box(left, box.bottom + 26, width, CHART.bottom - 18 - box.bottom - 26)
-        _draw_action(page, Axes(below, 1.0, now, window, every), history)
+    _draw_displacements(page, scales.upper._replace(now=now), scene)
+    if scales.lower is not None:
+        _draw_action(page, scales.lower._replace(now=now), history)
+
+
+def _draw_still(page: Page, scales: Scales) -> None:
+    """Draw the frame, headings and scales."""
+    page.canvas.rectangle(CHART, None, GRID)
+    corner = complex(CHART.left + 8, CHART.top + 3)
+    page.text("lateral displacement, mm (left +)", corner, 12, bold=True)
+    _draw_scales(page, scales.upper, scales.step, bottom=scales.lower is None)
+    _draw_clearance(page, scales.upper, scales.clearance)
+    if scales.lower is not None:
+        _draw_scales(page, scales.lower, 1.0, bottom=True)
 
 
 def _draw_scales(page: Page, axes: Axes, step: float, *, bottom: bool) -> None:
@@ -106,8 +119,23 @@ def _draw_clearance(page: Page, axes: Axes, delta: float) -> None:
         page.text("flange", complex(axes.box.right + 6, y - 7), 11, ALARM, width=44)
 
 
+def _draw_displacements(page: Page, axes: Axes, scene: Scene) -> None:
+    history, count = scene.history, len(scene.wheelsets)
+    legend = CHART.right - 52
+    between = list(range(count - 2, 0, -1))
+    for i in (*between, *([count - 1] if count > 1 else []), 0):
+        colour = of_wheelset(i, count)
+        if len(history.time):
+            page.canvas.curve(*trace(axes, history.time, 1e3 * history.y[:, i]), colour)
+        if i in between:
+            continue
+        name = "" if count == 1 else "trailing " if i else "leading "
+        words = f"{name}{number(1e3 * float(scene.bodies[i, 0]))}"
+        page.text(words, complex(legend, CHART.top + 3), 12, colour, align="right", bold=True)
+        legend -= 130
+
+
 def _draw_action(page: Page, axes: Axes, history: History) -> None:
-    _draw_scales(page, axes, 1.0, bottom=True)
     box = axes.box
     n = history.action.shape[1]
     x = CHART.left + 8 + page.text("action", complex(CHART.left + 8, box.top - 23), 12, bold=True) + 12

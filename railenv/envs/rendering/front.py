@@ -5,6 +5,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Iterable
+from functools import partial
 from itertools import pairwise
 from typing import Literal
 
@@ -24,7 +25,7 @@ from railenv.envs.rendering.colours import (
     WHITE,
     mix,
 )
-from railenv.envs.rendering.layout import FRONT, FRONT_VIEW, Box
+from railenv.envs.rendering.layout import FRONT, FRONT_ABOVE, FRONT_BELOW, FRONT_VIEW, Box
 from railenv.envs.rendering.page import Page
 from railenv.envs.rendering.scene import Scene, touching
 from railenv.envs.rendering.text import number
@@ -183,19 +184,26 @@ def _draw_wheel_section(canvas: Canvas, front: Front, side: float) -> None:
     canvas.polygon(front.wheelset([complex(side * v, w) for v, w in hub]), paint)
 
 
-def label_front(page: Page, scene: Scene) -> None:
-    """Draw the frame, its headings and the clearances of both wheelsets."""
-    page.canvas.rectangle(FRONT, None, GRID)
+def show_front(page: Page, scene: Scene) -> None:
+    """Draw the view, over it what it shows, and below it the clearances of both end wheelsets."""
     which = "leading wheelset" if len(scene.wheelsets) > 1 else "wheelset"
     if any(outline.kind == "body" for outline in scene.outlines):
         which = "leading bogie"
-    used = page.text(which, complex(FRONT.left + 8, FRONT.top + 3), 12, LEADING, bold=True)
-    at = complex(FRONT.left + 14 + used, FRONT.top + 3)
-    page.text(f"looking forward, lateral \N{MULTIPLICATION SIGN} {scene.exaggeration:g}", at, 12, LABEL)
+    key = which, scene.exaggeration
+    page.kept(FRONT_ABOVE, key, partial(_draw_headings, page, *key))
+    page.clear(FRONT_BELOW)
+    page.layer(FRONT_VIEW, partial(draw_front, scene=scene))
+    page.canvas.rectangle(FRONT, None, GRID)  # last, since in small pictures it touches the view
     ends = {0: "leading", len(scene.wheelsets) - 1: "trailing"} if len(scene.wheelsets) > 1 else {0: ""}
     tops = (FRONT_VIEW.bottom + 4, FRONT_VIEW.bottom + 52)
     for (i, name), top in zip(ends.items(), tops, strict=False):
         _draw_gauge(page, scene, i, top, name)
+
+
+def _draw_headings(page: Page, which: str, exaggeration: float) -> None:
+    used = page.text(which, complex(FRONT.left + 8, FRONT.top + 3), 12, LEADING, bold=True)
+    at = complex(FRONT.left + 14 + used, FRONT.top + 3)
+    page.text(f"looking forward, lateral \N{MULTIPLICATION SIGN} {exaggeration:g}", at, 12, LABEL)
 
 
 def _draw_gauge(page: Page, scene: Scene, i: int, top: float, name: str) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from railenv.envs.observation import CANT_BASE
 from railenv.envs.rendering.colours import ALARM, INK, LABEL, SAFE, Colour
 from railenv.envs.rendering.layout import HEADER
@@ -9,10 +11,13 @@ from railenv.envs.rendering.page import Page
 from railenv.envs.rendering.scene import TANGENT, Scene
 from railenv.envs.rendering.text import number
 
+_Cell = tuple[float, str, str, str, Colour]
+"""Width, caption, value, note and colour."""
+
 
 def draw_header(page: Page, scene: Scene) -> None:
     """Write speed, critical speed, curve, cant and time."""
-    cells: list[tuple[float, str, str, str, Colour]] = []
+    cells: list[_Cell] = []
     cells.append(
         (192, "speed", f"{number(scene.speed)} m/s", f"{number(3.6 * scene.speed, 0)} km/h", INK)
     )
@@ -25,6 +30,13 @@ def draw_header(page: Page, scene: Scene) -> None:
     high = "" if round(1e3 * CANT_BASE * scene.cant) == 0 else f"{_hand(scene.cant)} rail high"
     cant = f"{number(1e3 * CANT_BASE * abs(scene.cant), 0)} mm"
     cells.append((184, f"cant over {CANT_BASE:g} m", cant, high, INK))
+    page.kept(HEADER, tuple(cells), partial(_draw_cells, page, cells))
+    clock = f"{number(scene.time, 2)} s"
+    page.text(clock, complex(HEADER.right, HEADER.top + 16), 19, align="right", bold=True, width=104)
+
+
+def _draw_cells(page: Page, cells: list[_Cell]) -> None:
+    """Write all but the time, which is another in each frame."""
     x = HEADER.left
     for width, caption, value, note, colour in cells:
         page.text(caption, complex(x, HEADER.top), 11, LABEL, width=width - 12)
@@ -33,8 +45,6 @@ def draw_header(page: Page, scene: Scene) -> None:
         page.text(note, complex(x + used + 8, HEADER.top + 23), 12, colour, width=left)
         x += width
     page.text("time", complex(HEADER.right, HEADER.top), 11, LABEL, align="right")
-    clock = f"{number(scene.time, 2)} s"
-    page.text(clock, complex(HEADER.right, HEADER.top + 16), 19, align="right", bold=True, width=104)
 
 
 def _hand(value: float) -> str:

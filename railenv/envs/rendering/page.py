@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Literal
+from collections.abc import Callable, Hashable
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,47 +13,67 @@ from railenv.envs.rendering.canvas import Canvas
 from railenv.envs.rendering.colours import INK, WHITE, Colour
 from railenv.envs.rendering.layout import HEIGHT, WIDTH, Box
 from railenv.envs.rendering.text import font
+from railenv.kernels.loader import load_pictures
 
 if TYPE_CHECKING:
     import pygame
 
-_SUPERSAMPLING = 2
 _TEXTS_KEPT = 512
 
 
 class Page:
-    """The picture: a canvas, layers drawn larger and scaled down smoothly, and text."""
+    """The picture: a canvas, layers drawn larger and scaled down smoothly, and text.
+
+    Every box of the layout is drawn anew in each frame; the rest stays white.
+    """
 
     def __init__(self, size: tuple[int, int]) -> None:
-        import pygame
-
-        self._pygame = pygame
         scale = min(size[0] / WIDTH, size[1] / HEIGHT)
         margin = complex(size[0] / scale - WIDTH, size[1] / scale - HEIGHT) / 2.0
-        # Red, green, blue in this order in memory: the picture's bytes are the array's.
-        masks = (0xFF, 0xFF00, 0xFF0000, 0)
-        self.surface = pygame.Surface(size, 0, 32, masks)
-        self._packed = pygame.Surface(size, 0, 24, masks)
-        self.canvas = Canvas(self.surface, scale, -margin)
-        self._layers: dict[Box, tuple[Canvas, pygame.Surface]] = {}
+        self._kernels = load_pictures()
+        self.canvas = Canvas(size, scale, -margin)
+        self.surface = self.canvas.surface
+        self.surface.fill(WHITE)
+        self._layers: dict[Box, tuple[Canvas, NDArray[np.uint32]]] = {}
+        self._kept: dict[Box, tuple[Hashable, tuple[int, int], pygame.Surface]] = {}
         self._texts: dict[tuple[str, int, Colour, bool], pygame.Surface] = {}
 
     def layer(self, box: Box, draw: Callable[[Canvas], None]) -> None:
         """Draw into a box with smooth edges."""
         if box not in self._layers:
-            corners = [complex(box.left, box.top), complex(box.right, box.bottom)]
-            (left, top), (right, bottom) = self.canvas.pixels(corners)
-            size = right - left, bottom - top
-            target = self.surface.subsurface((left, top, *size))
-            large = self._pygame.Surface(
-                (size[0] * _SUPERSAMPLING, size[1] * _SUPERSAMPLING), 0, self.surface
-            )
+            left, top, width, height = self._area(box)
             origin = self.canvas.origin + complex(left, top) / self.canvas.scale
-            self._layers[box] = (Canvas(large, self.canvas.scale * _SUPERSAMPLING, origin), target)
+            canvas = Canvas((2 * width, 2 * height), 2.0 * self.canvas.scale, origin)
+            target = self.canvas.array[top : top + height, left : left + width]
+            self._layers[box] = canvas, target
         canvas, target = self._layers[box]
         canvas.surface.fill(WHITE)
         draw(canvas)
-        self._pygame.transform.smoothscale(canvas.surface, target.get_size(), target)
+        self._kernels.halve(canvas.array, target)  # as pygame's smoothscale does, three times as fast
+
+    def clear(self, box: Box) -> None:
+        """Make a box white."""
+        self.surface.fill(WHITE, self._area(box))
+
+    def kept(self, box: Box, key: Hashable, draw: Callable[[], None]) -> None:
+        """Clear a box and draw into it what stays the same as long as the key does.
+
+        With the key of the frame before, it is only put back.
+        """
+        if box not in self._kept or self._kept[box][0] != key:
+            area = self._area(box)
+            self.surface.fill(WHITE, area)
+            draw()
+            self._kept[box] = key, area[:2], self.surface.subsurface(area).copy()
+        else:
+            _, corner, picture = self._kept[box]
+            self.surface.blit(picture, corner)
+
+    def _area(self, box: Box) -> tuple[int, int, int, int]:
+        """Return left, top, width and height of a box in pixels."""
+        corners = [complex(box.left, box.top), complex(box.right, box.bottom)]
+        (left, top), (right, bottom) = self.canvas.pixels(corners)
+        return left, top, right - left, bottom - top
 
     def text(
         self,
@@ -71,7 +91,7 @@ class Page:
         picture = self._fit(content, size, colour, bold, room)
         ((x, y),) = self.canvas.pixels([at])
         w = picture.get_width()
-        x -= {"left": 0, "centre": w // 2, "right": w}[align]
+        x -= 0 if align == "left" else w if align == "right" else w // 2
         self.surface.blit(picture, (x, y))
         return w / self.canvas.scale
 
@@ -99,9 +119,9 @@ class Page:
 
     def array(self) -> NDArray[np.uint8]:
         """Return a copy of the picture, (height, width, 3)."""
-        self._packed.blit(self.surface, (0, 0))
-        width, height = self._packed.get_size()
-        # The surface is locked as long as this view of its memory lives, here until the return.
-        memory: Any = self._packed.get_buffer()
-        rows = np.frombuffer(memory, dtype=np.uint8).reshape(height, -1)
-        return rows[:, : 3 * width].reshape(height, width, 3).copy()
+        pixels = self.canvas.array.reshape(-1)
+        picture = np.empty(3 * len(pixels), dtype=np.uint8)
+        whole = len(pixels) // 4 * 4
+        self._kernels.pack(pixels[:whole], picture[: 3 * whole].view(np.uint32))
+        picture[3 * whole :].reshape(-1, 3)[:] = pixels[whole:].view(np.uint8).reshape(-1, 4)[:, :3]
+        return picture.reshape(*self.canvas.array.shape, 3)

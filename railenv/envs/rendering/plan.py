@@ -5,6 +5,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,7 @@ from railenv.envs.rendering.colours import (
     mix,
     of_wheelset,
 )
-from railenv.envs.rendering.layout import PLAN, PLAN_VIEW, Box
+from railenv.envs.rendering.layout import PLAN, PLAN_ABOVE, PLAN_BELOW, PLAN_VIEW, Box
 from railenv.envs.rendering.page import Page
 from railenv.envs.rendering.scene import TANGENT, Outline, Scene, touching
 from railenv.envs.rendering.text import number
@@ -64,14 +65,16 @@ class Plan:
 
     def track(self, along: Any, left: Any) -> Any:
         """Return the page's points of some track coordinates."""
-        tangent = self.heading(along)
-        plan = along - 1j * self.bend * (along / self.reach) ** 2 + 1j * tangent * left
-        return PLAN_VIEW.centre + np.conj(plan)
+        return self._track(along, left, self.heading(along))
+
+    def _track(self, along: Any, left: Any, heading: Any) -> Any:
+        plan = along - 1j * self.bend * (along / self.reach) ** 2 + 1j * heading * left
+        return PLAN_VIEW.centre + plan.conjugate()
 
     def heading(self, along: Any) -> Any:
         """Return the direction of the track, a complex number of magnitude 1, y to the left."""
         slope = -2.0 * self.bend * along / self.reach**2
-        return (1.0 + 1j * slope) / np.sqrt(1.0 + slope**2)
+        return (1.0 + 1j * slope) / (1.0 + slope**2) ** 0.5
 
     def alignment(self, along: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the displacement of the rails, joined smoothly from wheelset to wheelset."""
@@ -84,12 +87,12 @@ class Plan:
 
     def pose(self, along: float, y: float, yaw: float) -> _Pose:
         """Return the map from a body's own coordinates to the page."""
-        centre = complex(self.track(along, self.lateral * y))
-        return self._turned(centre, complex(self.heading(along)), yaw)
+        heading = self.heading(along)
+        return self._turned(self._track(along, self.lateral * y, heading), heading, yaw)
 
     def pose_on_chord(self, ends: tuple[float, float], y: float, yaw: float) -> _Pose:
         """Return the same map of a body that stands on two places of a bent track."""
-        first, last = (complex(self.track(along, 0.0)) for along in ends)
+        first, last = (self.track(along, 0.0) for along in ends)
         heading = (last - first).conjugate() / abs(last - first)
         centre = (first + last) / 2.0 + (1j * heading * self.lateral * y).conjugate()
         return self._turned(centre, heading, yaw)
@@ -136,8 +139,7 @@ def _draw_ground(canvas: Canvas, plan: Plan) -> None:
     at = np.arange(start, 1.2 * plan.reach, pitch)[:, None]
     along = at + np.array([-half_width, half_width, half_width, -half_width])
     ends = np.array([-half_length, -half_length, half_length, half_length])
-    for sleeper in plan.track(along, ends):
-        canvas.polygon(sleeper, SLEEPER)
+    canvas.polygons(plan.track(along, ends), SLEEPER)
     middle = canvas.pixels(plan.track(np.arange(-1.2 * plan.reach, 1.2 * plan.reach, 12.0), 0.0))
     canvas.segments(middle, GHOST)
 
@@ -252,22 +254,38 @@ def _draw_body(canvas: Canvas, plan: Plan, i: int, outline: Outline) -> None:
     canvas.circle(complex(place([0.0])[0]), 3.0, INK)
 
 
-def label_plan(page: Page, scene: Scene) -> None:
-    """Draw the frame, and what the view shows."""
-    page.canvas.rectangle(PLAN, None, GRID)
+def show_plan(page: Page, scene: Scene) -> None:
+    """Draw the view, around it what it shows, and over it why the vehicle derailed."""
+    page.kept(PLAN_ABOVE, None, partial(_draw_heading, page))
+    key = scene.exaggeration, scene.flange_clearance
+    page.kept(PLAN_BELOW, key, partial(_draw_legend, page, *key))
+    page.layer(PLAN_VIEW, partial(draw_plan, scene=scene))
+    page.canvas.rectangle(PLAN, None, GRID)  # last, since in small pictures it touches the view
+    _name_outer_rail(page, scene)
+    if scene.derailed is not None:
+        _draw_banner(page, scene.derailed)
+
+
+def _draw_heading(page: Page) -> None:
     page.text("plan view", complex(PLAN.left + 8, PLAN.top + 3), 12, bold=True)
     travel = "travelling to the right \N{RIGHTWARDS ARROW}"
     page.text(travel, complex(PLAN.right - 8, PLAN.top + 3), 12, LABEL, align="right")
-    words = f"lateral motion and yaw \N{MULTIPLICATION SIGN} {scene.exaggeration:g}"
+
+
+def _draw_legend(page: Page, exaggeration: float, flange_clearance: float) -> None:
+    words = f"lateral motion and yaw \N{MULTIPLICATION SIGN} {exaggeration:g}"
     x, y = PLAN.left + 8, PLAN.bottom - 18
     x += page.text(words, complex(x, y), 12, LABEL) + 18
     page.canvas.rectangle(Box(x, y + 3, 14, 9), BAND)
-    clearance = f"flange clearance {number(1e3 * scene.flange_clearance)} mm"
+    clearance = f"flange clearance {number(1e3 * flange_clearance)} mm"
     x += page.text(clearance, complex(x + 19, y), 12, LABEL) + 37
     page.canvas.rectangle(Box(x, y + 3, 14, 9), None, NEUTRAL)
     page.text("equilibrium", complex(x + 19, y), 12, LABEL)
     slow = f"ground speed \N{DIVISION SIGN} {GROUND_SLOWDOWN:g}"
     page.text(slow, complex(PLAN.right - 8, y), 12, LABEL, align="right")
+
+
+def _name_outer_rail(page: Page, scene: Scene) -> None:
     if abs(scene.curvature) >= TANGENT:
         side = 1.0 if scene.curvature > 0.0 else -1.0
         plan = Plan(scene)
@@ -277,7 +295,7 @@ def label_plan(page: Page, scene: Scene) -> None:
         page.text("outer rail", complex(PLAN.left + 8, beside - 7), 12, RAIL, bold=True)
 
 
-def draw_banner(page: Page, reason: str) -> None:
+def _draw_banner(page: Page, reason: str) -> None:
     """Write why the vehicle derailed across the view."""
     box = Box(PLAN.left, PLAN.top, PLAN.width, 28)
     page.canvas.rectangle(box, ALARM)

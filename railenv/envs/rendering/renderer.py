@@ -10,12 +10,10 @@ from numpy.typing import NDArray
 
 from railenv import checks
 from railenv.envs.rendering.chart import draw_chart
-from railenv.envs.rendering.colours import WHITE
-from railenv.envs.rendering.front import draw_front, label_front
+from railenv.envs.rendering.front import show_front
 from railenv.envs.rendering.header import draw_header
-from railenv.envs.rendering.layout import FRONT_VIEW, PLAN_VIEW
 from railenv.envs.rendering.page import Page
-from railenv.envs.rendering.plan import draw_banner, draw_plan, label_plan
+from railenv.envs.rendering.plan import show_plan
 from railenv.envs.rendering.scene import Scene
 from railenv.errors import ParameterError
 
@@ -152,12 +150,7 @@ def _checked_size(size: Any) -> tuple[int, int]:
 
 
 def _draw_scene(page: Page, scene: Scene) -> None:
-    page.surface.fill(WHITE)
-    page.layer(PLAN_VIEW, lambda canvas: draw_plan(canvas, scene))
-    page.layer(FRONT_VIEW, lambda canvas: draw_front(canvas, scene))
     draw_header(page, scene)
-    label_plan(page, scene)
-    label_front(page, scene)
+    show_plan(page, scene)
+    show_front(page, scene)
     draw_chart(page, scene)
-    if scene.derailed is not None:
-        draw_banner(page, scene.derailed)

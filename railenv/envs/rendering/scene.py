@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -209,7 +210,7 @@ class Scene:
                 f"wheelsets and {len(self.outlines)} outlines"
             )
 
-    @property
+    @cached_property
     def exaggeration(self) -> float:
         """Factor by which lateral motion and yaw are drawn larger than they are."""
         room = 0.35 * self.half_gauge / self.flange_clearance

@@ -84,12 +84,12 @@ def test_the_diagram_tells_and_draws_itself(island):
 
 
 def test_an_interrupted_diagram_keeps_its_branches(monkeypatch):
-    from design.cycles import bifurcation
+    from design.cycles import bifurcation_search
 
     def interrupted(*args, **kwargs):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(bifurcation, "survivors", interrupted)
+    monkeypatch.setattr(bifurcation_search, "survivors", interrupted)
     found = design.bifurcation_diagram(ISLAND, speed_range=(8.0, 13.0))
     assert len(found.branches) == 1
     assert "interrupted" in found.ended
