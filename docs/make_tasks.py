@@ -1,7 +1,7 @@
 """Write the tables of docs/environments/tasks.md: ``python docs/make_tasks.py``.
 
-They are made from docs/tasks.json, which ``python -m benchmarks.tasks.run`` measures, and from the tasks
-as they are registered. The text around the tables is edited in the page itself.
+They are made from docs/tasks.json, which ``python -m benchmarks.tasks.run`` measures, and from what is
+registered. The text around the tables is edited in the page itself.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
 Of each vehicle the whole bifurcation diagram is computed, and it is simulated from disturbances of
 several kinds and sizes a little below and above the speed from which it says that hunting can persist.
 A motion that persists below is the error that safety cannot bear; none that persists above means that
-the speed is too low, or that the disturbances miss it: one of them is the hunting motion itself, made
-larger.
+the speed is too low, or that the disturbances miss it: two of them are the hunting motion itself, as
+it is and made larger.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ OFF = 0.02
 _RANGE = (5.0, 200.0)  # m/s
 _CONICITY = (0.02, 0.5)
 _FACTOR = 3.0  # of the suspension of the coach
-_LARGER = 1.1  # than the hunting motion next to the speed
+_LARGER = (1.0, 1.1)  # than the hunting motion next to the speed
 _SIZES = (0.25, 0.5, 1.0)  # of the usual large disturbances
 _SUSPENSION = (
     "primary_longitudinal_stiffness",
@@ -149,7 +149,8 @@ def _motions(diagram: design.BifurcationDiagram, speed: float) -> Iterator[dict[
         if stable:
             nearest = min(stable, key=lambda c: abs(c.value - speed))
             away = nearest.states[0] - nearest.states[:-1].mean(axis=0)
-            yield dict(zip(names, (_LARGER * away).tolist(), strict=True))
+            for larger in _LARGER:
+                yield dict(zip(names, (larger * away).tolist(), strict=True))
 
 
 def run(kind: str, count: int) -> dict[str, Any]:

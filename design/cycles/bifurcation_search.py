@@ -7,7 +7,7 @@ motions that are of none of them.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
@@ -38,6 +38,7 @@ _SAMPLES = 5  # motions of a branch that are compared
 _ABOVE = 1.5  # of the range's end, up to which Hopf points are looked for
 _ON_OTHER = 4  # motions in turn that are those of another branch
 _SWITCHED = ("period doubling", "symmetry breaking", "branch point")
+_DOWN, _DOWN_TO = 0.01, 1e-3  # of the speed, steps in which an irregular motion is followed down
 _GRID, _LOWEST = 32, 0.3  # speeds simulated unless others are given, from so much of the onset up
 
 
@@ -211,6 +212,29 @@ class Search:
         for found in (*simulate(speeds), *chain.from_iterable(beyond)):
             if not self._explained(found):
                 self._from_survivor(found, duration / 2.0)
+        if self.irregular:
+            self._follow_down(simulate)
+
+    def _follow_down(self, simulate: Callable[..., tuple[Survivor, ...]]) -> None:
+        """Follow the slowest irregular motion down to where it dies out or becomes a known one.
+
+        The speeds simulated lie far apart, and from rest a disturbance may miss a motion that is there.
+        """
+        motion, dead = min(self.irregular, key=lambda found: found.speed), self.limits[0]
+        step = _DOWN * motion.speed
+        while step > _DOWN_TO * motion.speed:
+            speed = motion.speed - step
+            if speed <= dead:
+                step /= 2.0
+                continue
+            rest, _ = equilibria(self.model, np.array([motion.speed]), self.radius, self.cant)
+            away = (motion.state - rest[0]).tolist()
+            found = simulate([speed], starts=[dict(zip(self.model.state_names, away, strict=True))])
+            if found and not self._explained(found[0]):
+                motion = found[0]
+                self.irregular.append(motion)
+            else:
+                dead, step = speed, step / 2.0
 
     def _from_survivor(self, found: Survivor, duration: float) -> None:
         """Follow a branch through a simulated motion if it is periodic, stable and not known."""

@@ -107,7 +107,7 @@ def test_files_of_ones_own(tmp_path):
         ({"learning_rat": 0.1}, "learning_rat'.*learning_rate"),
         ({"learning_rate": "fast"}, "fast"),
         ({"memory.cornes": [1]}, "cornes"),
-        ({"curriculum.by": "luck"}, "luck"),
+        ({"curriculum": {"start": 100.0, "by": "luck"}}, "luck"),
         ({"curriculum.start": -3.0}, "start of the curriculum is -3"),
         ({"evaluation.criterion": "speed"}, "criterion"),
         ({"env_kwargs.durration": 3.0}, "durration"),
