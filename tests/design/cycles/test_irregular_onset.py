@@ -20,7 +20,11 @@ def _lorenz(x, u, speed, curvature, cant, p):
 @pytest.fixture(scope="module")
 def diagram():
     model = railenv.Model(
-        "Lorenz about its steady state", ["x", "y", "z"], [], _lorenz, {"sigma": 10.0, "beta": 8.0 / 3.0}
+        "Lorenz about its steady state",
+        ["x", "y", "z"],
+        [],
+        _lorenz,
+        {"sigma": 10.0, "beta": 8.0 / 3.0},
     )
     return design.bifurcation_diagram(
         model, speed_range=(15.0, 30.0), speeds=np.array([26.0, 28.0]), depth=0
