@@ -47,6 +47,12 @@ def _outcome(row: dict[str, Any]) -> str:
     return "improves" if row["improved"] else "does not improve"
 
 
+def idle(rows: list[dict[str, Any]]) -> str:
+    """Say what there is to beat."""
+    (value,) = (row["idle"] for row in rows if "idle" in row)
+    return f"Without any command the 20 episodes return {value:.1f} in the mean."
+
+
 def errors(rows: list[dict[str, Any]]) -> str:
     """Return what the clients that failed printed."""
     failed = [row for row in rows if "error" in row]
@@ -60,7 +66,9 @@ def errors(rows: list[dict[str, Any]]) -> str:
 def page(text: str) -> str:
     """Return the text of the page with its tables made anew."""
     rows = json.loads(DATA.read_text(encoding="utf-8"))
-    return refilled(text, {maker.__name__: lambda maker=maker: maker(rows) for maker in (log, errors)})
+    return refilled(
+        text, {maker.__name__: lambda maker=maker: maker(rows) for maker in (idle, log, errors)}
+    )
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
-"""CleanRL's single files, run as scripts; two of their lines are of Gymnasium before 1.0.
+"""CleanRL's single files, run as scripts; three of their lines are of Gymnasium before 1.0.
 
 ``TransformObservation`` did not want the space of the observations then, and a vector environment
-gave the last observation of an episode as ``final_observation``, with the reset in the same step.
+gave the last observation of an episode as ``final_observation``, with the reset in the same step, and
+``final_info`` as a list, from which they log.
 """
 
 import os
@@ -16,6 +17,7 @@ from judged import ID, KEYWORDS
 SOURCE = Path(os.environ["CLIENT_SOURCE"])
 CHANGES = {
     "lambda obs: np.clip(obs, -10, 10))": "lambda obs: np.clip(obs, -10, 10), env.observation_space)",
+    'if "final_info" in infos:': "if False:",
     'infos["final_observation"]': 'infos["final_obs"]',
     "for i in range(args.num_envs)]\n    )": "for i in range(args.num_envs)],\n"
     "        autoreset_mode=gym.vector.AutoresetMode.SAME_STEP,\n    )",

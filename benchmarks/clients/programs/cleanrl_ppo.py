@@ -30,7 +30,7 @@ while not isinstance(wrapper, gymnasium.wrappers.NormalizeObservation):
 seen = wrapper.obs_rms.mean, wrapper.obs_rms.var
 torch.manual_seed(0)
 report(
-    "`ppo_continuous_action.py --env-id`, two lines changed for Gymnasium 1",
+    "`ppo_continuous_action.py --env-id`, changed in three lines for Gymnasium 1",
     steps=STEPS,
     seconds=seconds,
     before=mean_return(act_of(script.Agent(script.envs), 0.0, 1.0)),

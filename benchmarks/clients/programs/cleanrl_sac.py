@@ -32,7 +32,7 @@ def act_of(actor):
 
 torch.manual_seed(0)
 report(
-    "`sac_continuous_action.py --env-id`, two lines changed for Gymnasium 1",
+    "`sac_continuous_action.py --env-id`, changed in three lines for Gymnasium 1",
     steps=STEPS,
     seconds=seconds,
     before=mean_return(act_of(script.Actor(script.envs))),

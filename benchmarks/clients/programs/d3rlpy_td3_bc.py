@@ -1,4 +1,4 @@
-"""d3rlpy's TD3+BC, from a data set of Minari that a poor controller's episodes make."""
+"""d3rlpy's TD3+BC, from a data set of Minari: episodes of a shipped controller with noise."""
 
 import os
 from pathlib import Path
@@ -14,7 +14,7 @@ from judged import ID, KEYWORDS, Clock, mean_return, report
 
 import agents
 
-NAME = "railenv/bogie/poor-v0"
+NAME = "railenv/bogie/yaw-rate-v0"
 EPISODES, UPDATES = 60, 6000
 
 if NAME in minari.list_local_datasets():
@@ -28,7 +28,7 @@ for seed in range(EPISODES):
     controller.reset()
     ended = False
     while not ended:
-        command = 0.5 * controller.act(observation[:width]) + 0.3 * rng.standard_normal(1)
+        command = controller.act(observation[:width]) + 0.3 * rng.standard_normal(1)
         action = np.clip(command, -1.0, 1.0).astype(np.float32)
         observation, _, terminated, truncated, _ = env.step(action)
         ended = terminated or truncated
@@ -43,8 +43,11 @@ learner = d3rlpy.algos.TD3PlusBCConfig(
     critic_learning_rate=1e-3,
     actor_encoder_factory=network,
     critic_encoder_factory=network,
+    observation_scaler=d3rlpy.preprocessing.StandardObservationScaler(),
 ).create(device="cpu:0")
 learner.build_with_dataset(dataset)
+scaler = learner.observation_scaler  # which fit() would make itself; the untrained policy needs it, too
+scaler.fit_with_transition_picker(dataset.episodes, dataset.transition_picker)
 
 
 def act(observation):

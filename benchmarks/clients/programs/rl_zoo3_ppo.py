@@ -33,7 +33,7 @@ def train(steps: int, folder: str) -> PPO:
     options += ["--eval-freq", "-1", "--device", "cpu", "--env-kwargs", *keywords]
     subprocess.run([sys.executable, *command, *options], check=True)
     name = ID.replace("/", "-")
-    return PPO.load(Path(folder) / "ppo" / f"{name}_1" / name, device="cpu")
+    return PPO.load(Path(folder) / "ppo" / f"{name}_1" / f"{name}.zip", device="cpu")
 
 
 def judged(model: PPO) -> float:

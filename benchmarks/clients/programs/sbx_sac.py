@@ -4,10 +4,22 @@ import gymnasium
 from judged import ID, KEYWORDS, Clock, mean_return, report
 from sbx import SAC
 
-STEPS = 20_000
+STEPS = 40_000
 
 env = gymnasium.make(ID, **KEYWORDS)
-model = SAC("MlpPolicy", env, seed=0, gamma=0.98, learning_starts=1000, learning_rate=1e-3)
+model = SAC(
+    "MlpPolicy",
+    env,
+    seed=0,
+    gamma=0.98,
+    learning_starts=1000,
+    learning_rate=1e-3,
+    batch_size=128,
+    ent_coef="auto_0.1",
+    train_freq=4,  # two updates for four steps
+    gradient_steps=2,
+    policy_kwargs={"net_arch": [64, 64]},
+)
 
 
 def act(observation):
