@@ -30,7 +30,7 @@ def log(rows: list[dict[str, Any]]) -> str:
             f"{row['seconds']:.0f}" if "seconds" in row else "",
             f"{row['before']:.1f}" if "before" in row else "",
             f"{row['after']:.1f}" if "after" in row else "",
-            _outcome(row),
+            _outcome(row, _idle(rows)),
         ]
         for row in rows
     ]
@@ -38,19 +38,27 @@ def log(rows: list[dict[str, Any]]) -> str:
     return table(heads, lines, 2)
 
 
-def _outcome(row: dict[str, Any]) -> str:
+def _idle(rows: list[dict[str, Any]]) -> float:
+    """Return what the episodes return without any command."""
+    (value,) = (row["idle"] for row in rows if "idle" in row)
+    return float(value)
+
+
+def _outcome(row: dict[str, Any], idle: float) -> str:
     """Say in a word or two how it went."""
     if "error" in row:
         return "error"
     if "improved" not in row:
         return "passes"
-    return "improves" if row["improved"] else "does not improve"
+    if row["improved"]:
+        return "improves"
+    than_idle = "above" if row["after"] > idle else "below"
+    return f"does not improve; {than_idle} no command"
 
 
 def idle(rows: list[dict[str, Any]]) -> str:
     """Say what there is to beat."""
-    (value,) = (row["idle"] for row in rows if "idle" in row)
-    return f"Without any command the 20 episodes return {value:.1f} in the mean."
+    return f"Without any command the 20 episodes return {_idle(rows):.1f} in the mean."
 
 
 def errors(rows: list[dict[str, Any]]) -> str:
