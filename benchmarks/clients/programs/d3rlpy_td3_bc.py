@@ -15,7 +15,7 @@ from judged import ID, KEYWORDS, Clock, mean_return, report
 import agents
 
 NAME = "railenv/bogie/yaw-rate-v0"
-EPISODES, UPDATES = 60, 6000
+EPISODES, UPDATES = 60, 10_000
 
 if NAME in minari.list_local_datasets():
     minari.delete_dataset(NAME)
@@ -28,7 +28,7 @@ for seed in range(EPISODES):
     controller.reset()
     ended = False
     while not ended:
-        command = controller.act(observation[:width]) + 0.3 * rng.standard_normal(1)
+        command = controller.act(observation[:width]) + 0.1 * rng.standard_normal(1)
         action = np.clip(command, -1.0, 1.0).astype(np.float32)
         observation, _, terminated, truncated, _ = env.step(action)
         ended = terminated or truncated
