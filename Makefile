@@ -10,7 +10,7 @@ COMMIT ?= HEAD
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo report warm test lint controllers docs site reliability bench bench-against clean
+.PHONY: help demo report warm test lint controllers docs site reliability clients bench bench-against clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-13s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -51,6 +51,7 @@ docs: $(DEVELOPED) ## regenerate the pages that are made from code and measureme
 	$(BIN)/python docs/make_contact.py
 	$(BIN)/python docs/make_recipes.py
 	$(BIN)/python docs/make_reliability.py
+	$(BIN)/python docs/make_clients.py
 	$(BIN)/python -m examples.reward_of_idle_and_lqr
 	$(BIN)/python -m benchmarks.scaling docs/scaling.md
 	$(BIN)/python -m benchmarks.run --markdown docs/benchmarks.md
@@ -66,6 +67,10 @@ controllers: $(DEVELOPED) ## design, tune and learn the shipped controllers agai
 reliability: $(DEVELOPED) ## fuzz, damage files, run for hours; docs/reliability.md (15 minutes)
 	$(BIN)/python -m benchmarks.reliability.run
 	$(BIN)/python docs/make_reliability.py
+
+clients: $(DEVELOPED) ## try RL libraries, each in an environment of its own; docs/clients.md (half an hour)
+	$(BIN)/python -m benchmarks.clients.run
+	$(BIN)/python docs/make_clients.py
 
 bench: $(DEVELOPED) ## run the benchmarks
 	$(BIN)/python -m benchmarks.run

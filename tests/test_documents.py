@@ -19,7 +19,7 @@ PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.rglob("*.md"
 TEXTS = {page: page.read_text(encoding="utf-8") for page in PAGES}
 IDS = {page: str(page.relative_to(ROOT)) for page in PAGES}
 NEEDS_RL = re.compile(r"stable_baselines3|agents\.(train|resume|search_policy)\b")
-NOT_INSTALLED = re.compile(r"^(from|import) ray\b", re.MULTILINE)
+NOT_INSTALLED = re.compile(r"^(from|import) (d3rlpy|ray|sbx|skrl|tianshou|torchrl)\b", re.MULTILINE)
 """What no extra installs; such code is only compiled."""
 
 

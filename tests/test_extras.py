@@ -16,6 +16,7 @@ from tests.sources import PACKAGES, imports
 
 EXTRAS = {  # the packages of each extra, as they are imported, and what they alone bring in
     "dask": ("dask", "distributed"),
+    "offline": ("h5py", "jax", "minari"),
     "render": ("pygame",),
     "rl": ("cma", "stable_baselines3", "torch", "yaml"),
     "tensorboard": ("tensorboard",),

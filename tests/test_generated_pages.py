@@ -9,6 +9,7 @@ import pytest
 import sympy
 
 import design
+from benchmarks.clients.listed import CLIENTS
 from benchmarks.reliability.run import AREAS
 from design.reproduction import FULL, paper, reproduce
 from design.reproduction.cases import VEHICLES
@@ -247,6 +248,19 @@ def test_tables_of_reliability_are_those_measured_and_nothing_failed():
     assert sum(examples.values()) > 50_000
     assert not any(row.get("failures") for row in rows)
     assert min(row["simulated"] for row in rows if row["part"] == "soak") >= 3600.0
+
+
+def test_log_of_the_clients_is_what_was_run():
+    make_clients = script("make_clients")
+    assert make_clients.page(text("clients.md")) == text("clients.md")
+    rows = json.loads(text("clients.json"))
+    names = [client.name for client in CLIENTS]
+    assert [row["name"] for row in rows] == names
+    for client in CLIENTS:
+        assert client.program.exists()
+        for file in client.requirement_files:
+            pins = [] if file is None else file.read_text(encoding="utf-8").splitlines()
+            assert all("==" in pin for pin in pins if not pin.startswith("#")), file
 
 
 @pytest.mark.parametrize("name", make_diagram.DRAWN)
