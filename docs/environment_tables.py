@@ -65,6 +65,8 @@ _PINS = {
     "friction": ("1", "`randomize`, otherwise the vehicle's: {0.vehicle.friction:g}"),
     "creep_factor": ("1", "`randomize`, otherwise 1; multiplies all four creep coefficients"),
     "body_mass": ("kg", "`randomize`, otherwise the vehicle's: {0.vehicle.body_mass:g}"),
+    "failed_actuator": ("1", "any, in a share `actuator_failure` of the episodes; from 1, 0 for none"),
+    "failure_time": ("s", "the first three quarters of the episode"),
 }
 _METRICS = {
     "hunting_amplitude": ("m", "half the range of the leading wheelset's displacement, recent"),

@@ -23,7 +23,7 @@ def train(
     ] = None,
     environment: Annotated[
         str, typer.Argument(help="A registered task, such as railenv/BogieSensors-v1.")
-    ] = "railenv/Bogie-v1",
+    ] = "railenv/BogieSensors-v1",
     directory: Annotated[
         Path, typer.Option("--out", help="Directory of the run; new or empty unless resumed.")
     ] = Path("results/training"),

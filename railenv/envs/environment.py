@@ -234,6 +234,8 @@ class BogieEnv(HuntingEnv, gym.Env[NDArray[np.float32], Any]):
     speed, cant deficiency and cant. With ``"sensors"``: accelerometer and gyro of the frame, with
     noise, bias and bandwidth, then speed and cant deficiency. ``history=k`` appends the k observations
     before. ``env.unwrapped.fleet.observation_table`` lists name, unit and scale of every entry.
+    ``context=True`` adds what is drawn of the vehicle, the numbers of ``randomize``, from -1 to 1 over
+    their ranges; ``info`` has them always.
 
     ## Reward
 
@@ -255,6 +257,11 @@ class BogieEnv(HuntingEnv, gym.Env[NDArray[np.float32], Any]):
     and ends the episode, so that for any discount it is worse than to hunt on. Every term, before its
     weight, is in ``info``.
 
+    For learning under constraints ``info["cost"]`` is the largest of three shares of limits, which are
+    there too: ``nadal`` (Y/Q over 2 m, of ``nadal_limit``), ``unloading`` (what a wheel has lost of its
+    static load, as a mean over 2 m, of 90 %) and ``instability`` (the running rms over 100 m of an
+    axle's sum of guiding forces, of the limit of EN 14363). At and above 1 a limit is passed.
+
     ## Starting State
 
     The running equilibrium, all bodies moved sideways by up to ``initial_offset``. Speed and cant are
@@ -263,6 +270,9 @@ class BogieEnv(HuntingEnv, gym.Env[NDArray[np.float32], Any]):
     ``speed``, ``radius`` or ``curvature``, ``cant``, ``offset``, ``irregularity_factor``, ``friction``,
     ``creep_factor``, ``body_mass`` or a number of the vehicle's contact law (``conicity``,
     ``contact_angle``, ``rail_profile_radius`` of the default's hollow tread); what cannot be raises.
+    ``actuator_failure`` is the share of the episodes in which one actuator gets no more commands from
+    some moment on; ``failed_actuator`` (from 1; 0 for none) and ``failure_time`` tell it in ``info``,
+    and can be pinned.
 
     ## Episode End
 
@@ -344,7 +354,7 @@ class CoachEnv(HuntingEnv, gym.Env[NDArray[np.float32], Any]):
     tangent track, 0.3 m below where they are unloaded. With ``"sensors"``: accelerometer and gyro of
     both frames and of the body, with noise, bias and bandwidth, then speed and cant deficiency.
     ``history=k`` appends the k observations before. ``env.unwrapped.fleet.observation_table`` lists
-    name, unit, scale and rest of every entry.
+    name, unit, scale and rest of every entry. ``context=True`` adds what is drawn of the vehicle.
 
     ## Reward
 
@@ -365,7 +375,8 @@ class CoachEnv(HuntingEnv, gym.Env[NDArray[np.float32], Any]):
     0.25, 0.2, 0.05, 0.05, 0.1 unless given), so that a step's reward lies between 0 and 1; an amplitude
     of an eighth of the clearance costs half of what there is to lose by it. A derailment earns nothing
     and ends the episode, so that for any discount it is worse than to hunt on. Every term, before its
-    weight, is in ``info``.
+    weight, is in ``info``, and so are ``cost`` and its three parts, as for :class:`BogieEnv`, the worst
+    of eight wheels and four axles.
 
     Accelerations among the metrics are the body's; the readings of the two standards are those of the
     running gear: 49 CFR 213.333 of the frame that shakes more, EN 14363 of the four axles.
@@ -379,7 +390,9 @@ class CoachEnv(HuntingEnv, gym.Env[NDArray[np.float32], Any]):
     transition first. ``reset(options=...)`` pins ``speed``, ``radius`` or ``curvature``, ``cant``,
     ``offset``, ``irregularity_factor``, ``friction``, ``creep_factor``, ``body_mass`` or a number of
     the vehicle's contact law (``conicity``, ``contact_angle``, ``rail_profile_radius`` of the default's
-    hollow tread); what cannot be raises.
+    hollow tread); what cannot be raises. ``actuator_failure`` is the share of the episodes in which one
+    actuator gets no more commands from some moment on; ``failed_actuator`` (from 1; 0 for none) and
+    ``failure_time`` tell it in ``info``, and can be pinned.
 
     ## Episode End
 
