@@ -7,7 +7,7 @@ import design
 import railenv
 
 steps = int(sys.argv[1]) if len(sys.argv) > 1 else None  # None: those of the recipe
-training = agents.train("ppo", "railenv/Bogie-v1", total_timesteps=steps, seed=0, progress=True)
+training = agents.train("ppo", "railenv/BogieSensors-v1", total_timesteps=steps, seed=0, progress=True)
 training.policy.save("policy.npz")
 
 vehicle = railenv.Equipped(railenv.Bogie(railenv.HIGH_SPEED_COACH_HOLLOW), "secondary")

@@ -55,20 +55,20 @@ TASKS: tuple[Task, ...] = (
         "railenv/Bogie-v1",
         "Bogie",
         "Damp a bogie whose state is measured, at every speed from 60 to 160 m/s.",
-        0.0,
+        1980.0,
     ),
     Task(
         "railenv/BogieSensors-v1",
         "Bogie",
         "The same up to 180 m/s from an accelerometer and a gyro, the last 16 readings of each.",
-        0.0,
+        980.0,
         {**_SHORT, "observation": "sensors", "history": 15, "speed_range": (60.0, 180.0)},
     ),
     Task(
         "railenv/BogieCurves-v1",
         "Bogie",
         "Into and out of curves by transitions, on wheels whose conicity is not told.",
-        0.0,
+        1890.0,
         {
             **_UNKNOWN,
             "history": 15,
@@ -82,21 +82,21 @@ TASKS: tuple[Task, ...] = (
         "railenv/BogieWearGiven-v1",
         "Bogie",
         "Wheels from new to worn S1002, and the observation tells how worn they are.",
-        0.0,
+        980.0,
         {**_SHORT, **_NEW_TO_WORN, "context": True, "history": 15},
     ),
     Task(
         "railenv/BogieWear-v1",
         "Bogie",
         "Wheels from new to worn S1002: one law for all, from the readings of this moment.",
-        0.0,
+        978.0,
         {**_SHORT, **_NEW_TO_WORN},
     ),
     Task(
         "railenv/BogieWearHistory-v1",
         "Bogie",
         "Wheels from new to worn S1002, which a second of readings may tell.",
-        0.0,
+        980.0,
         {**_SHORT, **_NEW_TO_WORN, "history": 199},
     ),
     Task(
@@ -104,7 +104,7 @@ TASKS: tuple[Task, ...] = (
         "Bogie",
         "Fast on a rough line, on wheels whose conicity is not told, with commands 25 ms late: what "
         "damps by one gain derails.",
-        0.0,
+        580.0,
         {
             **_SHORT,
             **_UNKNOWN,
@@ -119,7 +119,7 @@ TASKS: tuple[Task, ...] = (
         "railenv/BogieDelay-v1",
         "Bogie",
         "Commands arrive 40 ms late.",
-        0.0,
+        930.0,
         {
             **_SHORT,
             "actuator_model": {"base": "secondary", "delay": 0.04},
@@ -130,7 +130,7 @@ TASKS: tuple[Task, ...] = (
         "railenv/BogieWeak-v1",
         "Bogie",
         "An actuator of 4 kN m, which must not waste what it has.",
-        0.0,
+        934.0,
         {
             **_SHORT,
             "actuator_model": {"base": "secondary", "limit": 4e3},
@@ -141,27 +141,27 @@ TASKS: tuple[Task, ...] = (
         "railenv/BogieFailure-v1",
         "Bogie",
         "Two actuated wheelsets, one of which may fail while it runs.",
-        0.0,
+        680.0,
         {**_SHORT, "actuator": "primary", "actuator_failure": 0.75, "speed_range": (80.0, 200.0)},
     ),
     Task(
         "railenv/BogiePrimary-v1",
         "Bogie",
         "Actuated wheelsets, up to 250 m/s.",
-        0.0,
+        550.0,
         {**_SHORT, "actuator": "primary", "speed_range": (100.0, 250.0)},
     ),
     Task(
         "railenv/DualWheelset-v1",
         "DualWheelset",
         "Two wheelsets on a frame at rest, with a yaw actuator each.",
-        0.0,
+        1900.0,
     ),
     Task(
         "railenv/Coach-v1",
         "Coach",
         "A whole coach, with a yaw actuator on each of its bogies.",
-        0.0,
+        1975.0,
     ),
 )
 """All tasks, from plain to hard within each vehicle."""

@@ -278,6 +278,14 @@ def test_stations_and_rooms_of_the_diagrams_exist():
             assert path.is_dir() or path.with_suffix(".py").exists(), path
 
 
+def test_tables_of_the_tasks_are_those_measured():
+    make_tasks = script("make_tasks")
+    found = json.loads(text("tasks.json"))
+    page = text("environments/tasks.md")
+    assert make_tasks.earned(found) in page
+    assert make_tasks.sections(found) in page
+
+
 def test_blocks_of_a_page_and_their_makers_must_agree():
     blocks = script("blocks")
     page = "x\n<!-- made: one -->\nold\n<!-- end -->\ny"

@@ -45,6 +45,8 @@ _SETTINGS: dict[str, st.SearchStrategy[Any]] = {
     "model": rarely(st.one_of(st.none(), values.MODELS), ANYTHING),
     "actuator": rarely(st.sampled_from(["secondary", "primary", "none"]), ANYTHING),
     "observation": rarely(st.sampled_from(["state", "sensors"]), ANYTHING),
+    "context": rarely(st.booleans(), ANYTHING),
+    "actuator_failure": rarely(st.sampled_from([0.0, 0.5, 1.0]), ANYTHING),
     "history": rarely(st.integers(0, 3), ANYTHING),
     "speed_range": _pairs(5.0, 150.0),
     "cant_range": _pairs(0.0, 0.15),
@@ -84,6 +86,8 @@ _OPTIONS: dict[str, st.SearchStrategy[Any]] = {
     "body_mass": number(2e4, 5e4),
     "irregularity_factor": number(0.0, 3.0),
     "offset": number(-0.02, 0.02),
+    "failed_actuator": rarely(st.integers(0, 2), ANYTHING),
+    "failure_time": number(0.0, 2.0),
     "mass": ANYTHING,
 }
 assert set(_OPTIONS) == {*RUNNING, *RANDOMIZABLE, "mass"}

@@ -24,7 +24,7 @@ ALIKE = 1e-6
 """Eigenvalues that differ by less than this fraction of the largest count as one."""
 
 _TINY_STEP = 1e-5  # units of arclength, over which the matrix is differentiated
-_FORGOTTEN = 1e-2  # multipliers smaller than this count as this: what a map forgets in a period
+_FORGOTTEN = 0.4  # multipliers smaller than this count as this: what a map forgets within some periods
 _ZERO = 1e-9  # growth rates below this, times the root of the largest derivative, are rounding error
 _ROUNDING = 1e-10  # of the largest derivative: what differences of growth rates may be wrong by
 
@@ -55,7 +55,8 @@ class Sample(NamedTuple):
     growth, growth_rates : ndarray, shape (n_modes,)
         Growth rates (1/s), and their derivatives.
     real, unstable, damped : ndarray of bool, shape (n_modes,)
-        Which eigenvalues are real, which modes grow, and which die out within a cycle.
+        Which eigenvalues are real (or forgotten within some periods), which modes grow, and which die
+        out within a cycle.
     zero : float
         Growth rate (1/s) up to which a mode does not count as unstable, within rounding.
     rounding : float
@@ -138,6 +139,8 @@ def samples_of(
     growth, growth_rates = growing(values, rates, period)
     largest = np.maximum(sizes, 1.0)
     zero = _ZERO * np.sqrt(largest)
+    # A controller that looks at many past readings has as many modes there, which change wildly.
+    forgotten = False if period is None else np.abs(values) <= _FORGOTTEN
     frequencies = np.abs(values.imag if period is None else np.angle(values) / period)
     return [
         *map(
@@ -146,7 +149,7 @@ def samples_of(
             spectra,
             growth,
             growth_rates,
-            values.imag == 0.0,
+            (values.imag == 0.0) | forgotten,
             growth > zero[:, None],
             growth < -frequencies,
             zero.tolist(),
