@@ -178,9 +178,7 @@ def _register() -> None:
     for name, before in (("Bogie", "bogie_v0"), ("DualWheelset", "dual_wheelset_v0")):
         gone = f"railenv.envs.gone:{before}"
         register(f"railenv/{name}-v0", entry_point=gone, vector_entry_point=gone)
-    from railenv.tasks import TASKS
-
-    for task in TASKS:
+    for task in _import_module("railenv.tasks").TASKS:
         register(
             task.id,
             entry_point=f"railenv.envs.environment:{task.environment}Env",
