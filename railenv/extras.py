@@ -32,6 +32,7 @@ def require(package: str, distribution: str, what: str, extra: str = "rl") -> No
 
 
 def require_rl(what: str) -> None:
-    """Raise if torch or Stable-Baselines3 is not installed."""
+    """Raise if torch, Stable-Baselines3 or its contributions are not installed."""
     require("torch", "torch", what)
     require("stable_baselines3", "stable-baselines3", what)
+    require("sb3_contrib", "sb3-contrib", what)

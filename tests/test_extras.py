@@ -18,7 +18,7 @@ EXTRAS = {  # the packages of each extra, as they are imported, and what they al
     "dask": ("dask", "distributed"),
     "offline": ("h5py", "jax", "minari"),
     "render": ("pygame",),
-    "rl": ("cma", "stable_baselines3", "torch", "yaml"),
+    "rl": ("cma", "sb3_contrib", "stable_baselines3", "torch", "yaml"),
     "tensorboard": ("tensorboard",),
     "xarray": ("pandas", "xarray"),
 }
@@ -158,7 +158,12 @@ def test_every_package_that_is_imported_is_a_dependency_or_of_an_extra():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert set(EXTRAS) == set(project["optional-dependencies"]) - {"dev", "docs"}
     declared = {re.match(r"[\w-]+", text)[0].lower() for text in project["dependencies"]}
-    names = {"yaml": "pyyaml", "mpl_toolkits": "matplotlib", "stable_baselines3": "stable-baselines3"}
+    names = {
+        "yaml": "pyyaml",
+        "mpl_toolkits": "matplotlib",
+        "stable_baselines3": "stable-baselines3",
+        "sb3_contrib": "sb3-contrib",
+    }
     optional = {name for packages in EXTRAS.values() for name in packages}
     own = {*PACKAGES, "__future__", *sys.stdlib_module_names}
     for i in imports():
