@@ -175,7 +175,7 @@ def test_warming_is_done_once_and_said(parts):
 def test_training_takes_a_vehicle(parts):
     pytest.importorskip("yaml", reason="needs the extra rl")
     shown = json.loads(invoke("train", "ppo", "--vehicle", parts, "--show"))
-    assert shown["railenv/Bogie-v1"]["env_kwargs"]["vehicle"] == str(parts)
+    assert shown["railenv/BogieSensors-v1"]["env_kwargs"]["vehicle"] == str(parts)
 
 
 @pytest.mark.parametrize(

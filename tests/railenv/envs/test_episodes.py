@@ -109,6 +109,7 @@ def test_pinned_quantities_reach_the_vehicle(name):
 def test_everything_pinned_at_once(name):
     env = make(name, irregularity="high")
     pins = {**PINS, "speed": 50.0, "radius": 4000.0, "offset": 0.0}
+    pins |= {"failed_actuator": 1, "failure_time": 2.5}
     if name == BOGIE:  # on hollow treads
         pins |= {"contact_angle": 0.03, "rail_profile_radius": 0.25}
     _, info = env.reset(seed=0, options=pins)

@@ -170,5 +170,5 @@ def test_limit_of_guiding_forces():
     loads = env.fleet.model.signals(
         env.fleet.state(0), speed=env.fleet.conditions(0)[0]
     )  # Y and Q of each wheel after the frame's force
-    assert metrics.en_limit(env.fleet, 0) == pytest.approx(0.5 * (10e3 + axle / 3.0))
+    assert metrics.en_limit(env.fleet.model.axle_load) == pytest.approx(0.5 * (10e3 + axle / 3.0))
     assert loads[[2, 4]].sum() == pytest.approx(axle, rel=0.25)

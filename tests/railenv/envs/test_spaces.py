@@ -61,7 +61,7 @@ def test_observations_are_those_of_the_table(name, kind):
         for age in range(1, 4):
             command = fleet.model.actuator.limit * float(actions[-age, j])
             known[f"command_{body}[-{age}]"] = command
-    for value, (entry, unit, scale, _, rest) in zip(observation, table, strict=True):
+    for value, (entry, unit, scale, _, rest, _) in zip(observation, table, strict=True):
         assert unit
         assert scale > 0.0
         assert value == np.float32((known[entry] - rest) / scale), entry
