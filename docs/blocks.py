@@ -30,3 +30,9 @@ def refilled(text: str, makers: Mapping[str, Callable[[], str]], others: Collect
         return f"<!-- made: {name} -->\n\n{makers[name]()}\n\n<!-- end -->"
 
     return _BLOCK.sub(made, text)
+
+
+def table(headings: list[str], rows: list[list[str]], text_columns: int = 1) -> str:
+    """Return a Markdown table whose first columns are text, and the others numbers."""
+    rule = ["---"] * text_columns + ["---:"] * (len(headings) - text_columns)
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in [headings, rule, *rows])

@@ -11,18 +11,12 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from blocks import refilled
+from blocks import refilled, table
 
 DOCS = Path(__file__).resolve().parent
 PAGE, DATA = DOCS / "reliability.md", DOCS / "reliability.json"
 
 _FAILURE = "failure"
-
-
-def table(headings: list[str], rows: list[list[str]], text_columns: int = 1) -> str:
-    """Return a Markdown table whose first columns are text, and the others numbers."""
-    rule = ["---"] * text_columns + ["---:"] * (len(headings) - text_columns)
-    return "\n".join(f"| {' | '.join(cells)} |" for cells in [headings, rule, *rows])
 
 
 def _part(data: dict[str, Any], part: str) -> list[dict[str, Any]]:

@@ -10,19 +10,13 @@ import json
 from pathlib import Path
 from typing import Any
 
-from blocks import refilled
+from blocks import refilled, table
 
 from railenv.tasks import TASKS, Task
 
 DOCS = Path(__file__).resolve().parent
 PAGE, DATA = DOCS / "environments" / "tasks.md", DOCS / "tasks.json"
 KINDS = ("idle", "constant gain", "output feedback", "LQG", "LQR")
-
-
-def table(headings: list[str], rows: list[list[str]], text_columns: int = 1) -> str:
-    """Return a Markdown table whose first columns are text, and the others numbers."""
-    rule = ["---"] * text_columns + ["---:"] * (len(headings) - text_columns)
-    return "\n".join(f"| {' | '.join(cells)} |" for cells in [headings, rule, *rows])
 
 
 def _linked(task: Task) -> str:

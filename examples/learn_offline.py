@@ -26,6 +26,7 @@ import agents
 import design
 from agents.controllers.memory import Memory, MemorySettings
 from agents.controllers.network import Network, Normalization
+from agents.evaluation.returns import episode_returns
 
 
 @dataclass(frozen=True)
@@ -162,21 +163,6 @@ def controller(actor: Actor, env: gymnasium.Env) -> agents.LearnedPolicy:
     )
 
 
-def mean_return(policy: agents.LearnedPolicy, env: gymnasium.Env, episodes: int, seed: int) -> float:
-    """Return the mean return of a controller over episodes of an environment."""
-    width, total = len(policy.readings), 0.0
-    for k in range(episodes):
-        observation, _ = env.reset(seed=seed + k)
-        policy.reset()
-        ended = False
-        while not ended:
-            action = policy.act(observation[:width])  # which remembers by itself
-            observation, reward, terminated, truncated, _ = env.step(action)
-            total += reward
-            ended = terminated or truncated
-    return total / episodes
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--dataset", default="railenv/bogie/mixed-v0")
@@ -191,8 +177,8 @@ def main() -> None:
     if given.out:
         policy.save(given.out)
     worst, best = dataset.storage.metadata["ref_min_score"], dataset.storage.metadata["ref_max_score"]
-    value = mean_return(policy, env, episodes=20, seed=1000)
-    print(f"mean return {value:.1f}; of random commands {worst:.1f}, of the expert {best:.1f}")
+    found = episode_returns(env.spec.id, policy, episodes=20, seed=1000, env_kwargs=env.spec.kwargs)
+    print(f"mean return {found.mean:.1f}; of random commands {worst:.1f}, of the expert {best:.1f}")
     vehicle = env.unwrapped.fleet.model
     print("without control:", design.critical_speed(vehicle))
     print("with the policy:", design.critical_speed(vehicle, controller=policy))
