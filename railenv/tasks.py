@@ -20,7 +20,6 @@ _NEW_TO_WORN: Mapping[str, Any] = {
 _UNKNOWN: Mapping[str, Any] = {
     "randomize": {"conicity": (0.05, 0.4)},
     "observation": "sensors",
-    "speed_range": (60.0, 180.0),
 }
 _SHORT: Mapping[str, Any] = {"duration": 5.0, "initial_offset": 0.006}
 
@@ -54,15 +53,15 @@ TASKS: tuple[Task, ...] = (
     Task(
         "railenv/Bogie-v1",
         "Bogie",
-        "Damp a bogie whose state is measured, at every speed from 60 to 160 m/s.",
+        "Damp a bogie whose state is measured, at every speed from 20 to 160 m/s.",
         1980.0,
     ),
     Task(
         "railenv/BogieSensors-v1",
         "Bogie",
         "The same up to 180 m/s from an accelerometer and a gyro, the last 16 readings of each.",
-        980.0,
-        {**_SHORT, "observation": "sensors", "history": 15, "speed_range": (60.0, 180.0)},
+        975.0,
+        {**_SHORT, "observation": "sensors", "history": 15, "speed_range": (20.0, 180.0)},
     ),
     Task(
         "railenv/BogieCurves-v1",
@@ -71,6 +70,7 @@ TASKS: tuple[Task, ...] = (
         1890.0,
         {
             **_UNKNOWN,
+            "speed_range": (20.0, 180.0),
             "history": 15,
             "track": "curve",
             "tangent_share": 0.0,
@@ -119,37 +119,35 @@ TASKS: tuple[Task, ...] = (
         "railenv/BogieDelay-v1",
         "Bogie",
         "Commands arrive 40 ms late.",
-        930.0,
+        950.0,
         {
             **_SHORT,
             "actuator_model": {"base": "secondary", "delay": 0.04},
-            "speed_range": (60.0, 160.0),
         },
     ),
     Task(
         "railenv/BogieWeak-v1",
         "Bogie",
         "An actuator of 4 kN m, which must not waste what it has.",
-        934.0,
+        938.0,
         {
             **_SHORT,
             "actuator_model": {"base": "secondary", "limit": 4e3},
-            "speed_range": (60.0, 160.0),
         },
     ),
     Task(
         "railenv/BogieFailure-v1",
         "Bogie",
         "Two actuated wheelsets, one of which may fail while it runs.",
-        680.0,
-        {**_SHORT, "actuator": "primary", "actuator_failure": 0.75, "speed_range": (80.0, 200.0)},
+        800.0,
+        {**_SHORT, "actuator": "primary", "actuator_failure": 0.75, "speed_range": (20.0, 200.0)},
     ),
     Task(
         "railenv/BogiePrimary-v1",
         "Bogie",
         "Actuated wheelsets, up to 250 m/s.",
-        550.0,
-        {**_SHORT, "actuator": "primary", "speed_range": (100.0, 250.0)},
+        750.0,
+        {**_SHORT, "actuator": "primary", "speed_range": (20.0, 250.0)},
     ),
     Task(
         "railenv/DualWheelset-v1",

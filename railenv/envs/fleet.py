@@ -57,6 +57,11 @@ _RING_SECONDS, _RING_METRES = 2.0, 100.0
 _REDRAWS = 20
 
 
+def _readings_of(speed: float, period: float) -> int:
+    """Return how many readings 2 s and 100 m of track take at a speed (m/s)."""
+    return math.ceil(max(_RING_SECONDS, _RING_METRES / speed) / period)
+
+
 class Fleet:
     """Some environments with the same settings.
 
@@ -102,9 +107,8 @@ class Fleet:
         self.steps = np.zeros(n, dtype=np.int64)  # since the reset
         self.observations = np.zeros((n, len(self.observation_names)), dtype=np.float32)
         self.terms = np.zeros((n, self._kernels.TERMS))
-        # what the instability readings look at: 2 s, and 100 m of track
-        ring = math.ceil(max(_RING_SECONDS, _RING_METRES / settings.speed_range[0]) / T)
-        self._ring = np.zeros((n, max(ring, 1), self._kernels.RING_SIGNALS))
+        ring = _readings_of(settings.speed_range[0], T)
+        self._ring = np.zeros((n, ring, self._kernels.RING_SIGNALS))
         self._nodes = np.zeros((n, self._kernels.NODES, self.model.plant.n_states))
         self._window = np.ones(n)
         self._seeds = np.zeros(n, dtype=np.uint64)
@@ -436,16 +440,16 @@ class Fleet:
         }
 
     def recent(self, i: int) -> Array:
-        """Signals of one environment's last seconds, oldest first, shape (samples, RING_SIGNALS).
+        """Signals of one environment's last 2 s and 100 m, oldest first, shape (samples, RING_SIGNALS).
 
         Lateral displacement of each wheelset from the equilibrium (m), sum of guiding forces of each
         axle whose forces are known (N), specific force of each body of :attr:`railenv.Equipped.watched`
         from the steady one (m/s^2).
         """
         steps, ring = int(self.steps[i]), self._ring[i]
-        if steps < len(ring):
-            return ring[:steps].copy()
-        return np.roll(ring, -(steps % len(ring)), axis=0)
+        in_order = np.roll(ring, -(steps % len(ring)), axis=0)
+        kept = _readings_of(self.conditions(i)[0], self.settings.control_period)
+        return in_order[len(ring) - min(steps, kept, len(ring)) :]
 
     # ------------------------------------------------------------------ exact resume
 

@@ -387,7 +387,7 @@ _DEFAULTS: Mapping[str, Mapping[str, Any]] = {
     "bogie": {
         "vehicle": HIGH_SPEED_COACH_HOLLOW,
         "actuator": "secondary",
-        "speed_range": (60.0, 160.0),
+        "speed_range": (20.0, 160.0),
     },
     "dual_wheelset": {
         "vehicle": TABLE_1,
@@ -397,7 +397,7 @@ _DEFAULTS: Mapping[str, Mapping[str, Any]] = {
     "coach": {
         "vehicle": HIGH_SPEED_COACH_HOLLOW,
         "actuator": "secondary",
-        "speed_range": (60.0, 150.0),
+        "speed_range": (20.0, 150.0),
     },
 }
 

@@ -45,7 +45,7 @@ def test_a_constant_gain_leaves_something_to_learn(task):
     gain, best = row["means"]["constant gain"], row["bound"]
     assert row["steps"] - gain > 1.5 * (row["steps"] - best)
     assert gain < task.reward_threshold < best
-    assert row["means"]["idle"] < gain
+    assert row["means"]["idle"] <= gain
 
 
 @pytest.mark.parametrize("task", QUICK, ids=lambda task: task.id)
