@@ -95,9 +95,9 @@ TASKS: tuple[Task, ...] = (
     Task(
         "railenv/BogieWearHistory-v1",
         "Bogie",
-        "Wheels from new to worn S1002, which a second of readings may tell.",
+        "Wheels from new to worn S1002, which 0.4 s of readings may tell.",
         980.0,
-        {**_SHORT, **_NEW_TO_WORN, "history": 199},
+        {**_SHORT, **_NEW_TO_WORN, "history": 79},
     ),
     Task(
         "railenv/BogieRough-v1",

@@ -18,6 +18,7 @@ from agents.controllers.linear_kinds import LINEAR
 from agents.controllers.memory import Memory, MemorySettings
 from agents.controllers.network import Network
 from agents.controllers.scheduled import CONTROL_PERIOD, MOST_VEHICLES, ScheduledController
+from design.loop.feedback import CONDITIONS
 from railenv import checks
 from railenv.envs.environment import History
 from railenv.envs.fleet import BOUND
@@ -167,16 +168,22 @@ class LearnedPolicy(Controller):
     def linearize(self, signals: Array) -> control.StateSpace:
         """Return its exact linearisation, in discrete time, about being settled at some signals.
 
-        States are past observations, filters, past commands and the base controller's. Where a command
-        is at its limit, it does not answer.
+        States are past observations of what moves, filters, past commands and the base controller's.
+        Past observations of running conditions are those of now. Where a command is at its limit, it
+        does not answer.
         """
         linear = self._memory.linear(signals)
         settled = self._settle(signals)
         y, active = self._scaled(signals)
         gain = self._gain(y, settled)
         width, history = len(self.readings), self.memory.history
-        stack = width * history
-        now, past, features = np.split(gain, [width, width + stack], axis=1)
+        now, past, features = np.split(gain, [width, width * (history + 1)], axis=1)
+        past = past.reshape(len(gain), history, width)
+        steady = np.array([r.drawn or r.signal in CONDITIONS for r in self.readings])
+        now = now + past.sum(axis=1) * steady
+        moving = int(np.count_nonzero(~steady))
+        stack = moving * history
+        past = past[:, :, ~steady].reshape(len(gain), stack)
         n = len(linear.Gs)
         C = np.hstack([past, features @ linear.Fs])
         D = now + features @ linear.Fy
@@ -186,8 +193,8 @@ class LearnedPolicy(Controller):
             D = D + settled.free[:, None] * linear.Fy[demand]
         A = np.zeros((stack + n, stack + n))
         B = np.zeros((stack + n, width))
-        A[:stack, :stack] = np.eye(stack, k=-width)
-        B[:stack] = np.eye(stack, width)
+        A[:stack, :stack] = np.eye(stack, k=-moving)
+        B[:stack] = np.eye(stack, moving) @ np.eye(width)[~steady]
         A[stack:, stack:] = linear.Gs
         A[stack:] += linear.Gu @ C
         B[stack:] = linear.Gy + linear.Gu @ D

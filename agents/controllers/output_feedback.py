@@ -1,30 +1,28 @@
-"""Structured feedback of what a bogie can measure: yaw rate and lateral acceleration, scheduled.
+"""Structured feedback of yaw rates and lateral accelerations, scheduled over speed.
 
-Each reading loses its mean in a washout (a first-order high-pass filter) and goes to the command twice,
-as it is and through a first-order low-pass filter. Low-passed, the yaw rate is nearly the yaw angle and
-the acceleration nearly the lateral velocity, so that the four gains weigh angle, rate, velocity and
-acceleration of the frame. Gains are scheduled over speed; :func:`tune_output_feedback` finds them.
+Each reading loses its mean in a washout (a first-order high-pass filter) and goes to every command as
+it is and through first-order low-pass filters. Low-passed at 1 Hz, the yaw rate is nearly the yaw angle
+and the acceleration nearly the lateral velocity, so that the gains weigh angle, rate, velocity and
+acceleration of each body with sensors. Gains are scheduled over speed;
+:func:`agents.tune_output_feedback` finds them.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from agents.controllers.controller import equipped, sensed_bodies
+from agents.controllers.controller import equipped
 from agents.controllers.scheduled import CONTROL_PERIOD, Law, ScheduledController, readings_of
 from railenv import Equipped, Model, checks
 from railenv.envs.observation import Reading
-from railenv.errors import ParameterError
+from railenv.errors import ParameterError, shown
 
 Array = NDArray[np.float64]
-
-GAINS = ("acceleration", "low-passed acceleration", "yaw rate", "low-passed yaw rate")
-"""What the four gains of each actuator multiply: per m/s^2 and per rad/s."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,21 +33,52 @@ class Filters:
     ----------
     washout : float
         Below it readings are not fed back.
-    acceleration, yaw_rate : float
-        Of the low-pass filters.
+    low_pass : tuple of float
+        Of the low-pass filters of every reading.
     """
 
     washout: float = 0.2
-    acceleration: float = 1.0
-    yaw_rate: float = 1.0
+    low_pass: tuple[float, ...] = (1.0,)
 
     def __post_init__(self) -> None:
-        for name in ("washout", "acceleration", "yaw_rate"):
-            checks.number(f"corner frequency {name}", getattr(self, name), low=0.0, open_low=True)
+        checks.number("corner frequency washout", self.washout, low=0.0, open_low=True, unit="Hz")
+        given: Any = self.low_pass
+        if not isinstance(given, (list, tuple)):
+            raise ParameterError(f"low_pass is {shown(given)}; it must be frequencies in Hz")
+        corners = [
+            checks.number("corner of a low-pass filter", f, low=0.0, open_low=True, unit="Hz")
+            for f in given
+        ]
+        object.__setattr__(self, "low_pass", tuple(corners))
+
+
+@dataclass(frozen=True)
+class Term:
+    """A filtered reading that gains multiply.
+
+    Attributes
+    ----------
+    signal : str
+        ``accel_b`` or ``gyro_b`` of a sensed body ``b``.
+    corner : float or None
+        Hz, of the low-pass filter; None for the reading as it is.
+    """
+
+    signal: str
+    corner: float | None
+
+    def __str__(self) -> str:
+        return self.signal if self.corner is None else f"{self.signal} below {self.corner:g} Hz"
+
+
+def terms_of(model: Equipped, filters: Filters) -> tuple[Term, ...]:
+    """Return what the gains of a command multiply, in their order: per m/s^2 and per rad/s."""
+    corners = (None, *filters.low_pass)
+    return tuple(Term(signal, corner) for signal in model.sensor_names for corner in corners)
 
 
 class OutputFeedback(ScheduledController):
-    """Four scheduled gains on filtered yaw rate and lateral acceleration of the frame."""
+    """Scheduled gains on filtered yaw rates and lateral accelerations of the bodies with sensors."""
 
     @classmethod
     def design(
@@ -67,11 +96,12 @@ class OutputFeedback(ScheduledController):
         Parameters
         ----------
         model : Model
-            With yaw actuators only, and sensors on a body that each acts on (or on a single body).
         speeds : array_like, shape (k,)
             m/s.
-        gains : array_like, shape (k, 4)
-            N m per m/s^2 and per rad/s, in the order of ``GAINS``.
+        gains : array_like, shape (k, m, t)
+            Of each of m commands, N m (N of a lateral actuator) per m/s^2 and per rad/s, in the order
+            of :func:`terms_of`: for each sensor, the accelerometers and gyros of all bodies in turn,
+            the reading as it is and through each low-pass filter.
         filters : Filters, optional
         period : float
             Control period, s.
@@ -81,64 +111,59 @@ class OutputFeedback(ScheduledController):
         Raises
         ------
         ParameterError
-            If the model has other actuators or sensors, or the gains another shape.
+            If the model has no actuators, or the gains another shape.
         """
         vehicle = equipped(model)
         f = Filters() if filters is None else filters
         nodes = np.atleast_1d(np.asarray(speeds, dtype=float))
-        K = np.atleast_2d(np.asarray(gains, dtype=float))
-        if K.shape != (len(nodes), len(GAINS)) or not np.isfinite(K).all():
+        terms = terms_of(vehicle, f)
+        shape = (len(nodes), len(vehicle.command_names), len(terms))
+        K = np.asarray(gains, dtype=float)
+        if K.shape != shape or not np.isfinite(K).all():
             raise ParameterError(
-                f"gains has shape {K.shape}; it must be ({len(nodes)}, {len(GAINS)}) finite numbers: "
-                f"{', '.join(GAINS)} at each speed"
+                f"gains has shape {K.shape}; it must be {shape} finite numbers: at each speed, for "
+                f"each of {', '.join(vehicle.command_names)}, those of {'; '.join(map(str, terms))}"
             )
         readings = readings_of(vehicle, "sensors", period)
         A, B, C, D = basis(vehicle, readings, f, period)
         k = len(nodes)
-        law = Law.of(
-            nodes,
-            A=np.tile(A, (k, 1, 1)),
-            B=np.tile(B, (k, 1, 1)),
-            C=np.einsum("ki,imn->kmn", K, C),
-            D=np.einsum("ki,imn->kmn", K, D),
-        )
-        limits = vehicle.limits
-        told = {"filters": asdict(f), "gains": K.tolist(), **(about or {})}
-        return cls(law, readings, vehicle.command_names, limits, "sensors", period, told)
+        law = Law.of(nodes, A=np.tile(A, (k, 1, 1)), B=np.tile(B, (k, 1, 1)), C=K @ C, D=K @ D)
+        corners = {"washout": f.washout, "low_pass": list(f.low_pass)}
+        told = {"filters": corners, "gains": K.tolist(), **(about or {})}
+        return cls(
+            law, readings, vehicle.command_names, vehicle.limits, "sensors", period, told
+        )  # fmt: skip
 
 
 def basis(
     model: Equipped, readings: tuple[Reading, ...], filters: Filters, period: float
 ) -> tuple[Array, Array, Array, Array]:
-    """Return the filters' A and B, and for each gain the C and D that it multiplies.
+    """Return the filters as a linear system from the readings to the terms.
 
-    Shapes (n, n), (n, p), (4, m, n) and (4, m, p).
+    Shapes (n, n), (n, p), (t, n) and (t, p).
     """
     signals = [reading.signal for reading in readings]
-    m, p = len(model.command_names), len(signals)
-    n = 4 * m
-    gravity = model.gravity
-    washout = _share(filters.washout, period)
-    A, B = np.zeros((n, n)), np.zeros((n, p))
-    C, D = np.zeros((len(GAINS), m, n)), np.zeros((len(GAINS), m, p))
-    for c, body in enumerate(sensed_bodies(model, "output feedback")):
-        for s, (kind, corner) in enumerate(
-            (("accel", filters.acceleration), ("gyro", filters.yaw_rate))
-        ):
-            y = np.zeros(p)
-            y[signals.index(f"{kind}_{body}")] = 1.0
-            if kind == "accel":  # what cant deficiency puts in is known
-                y[signals.index("cant_deficiency")] = gravity
-            mean, low = 4 * c + 2 * s, 4 * c + 2 * s + 1
-            share = _share(corner, period)
-            # mean' = mean + washout (y - mean); low' = low + share ((y - mean) - low)
-            A[mean, mean], B[mean] = 1.0 - washout, washout * y
+    corners = len(filters.low_pass)
+    sensors, p = model.sensor_names, len(signals)
+    n, t = len(sensors) * (1 + corners), len(sensors) * (1 + corners)
+    A, B, C, D = np.zeros((n, n)), np.zeros((n, p)), np.zeros((t, n)), np.zeros((t, p))
+    washout = low_pass_share(filters.washout, period)
+    for k, sensor in enumerate(sensors):
+        y = np.zeros(p)
+        y[signals.index(sensor)] = 1.0
+        if sensor.startswith("accel_"):  # what cant deficiency puts in is known
+            y[signals.index("cant_deficiency")] = model.gravity
+        mean = k * (1 + corners)
+        # mean' = mean + washout (y - mean); low' = low + share ((y - mean) - low)
+        A[mean, mean], B[mean] = 1.0 - washout, washout * y
+        C[mean, mean], D[mean] = -1.0, y
+        for low, corner in enumerate(filters.low_pass, start=mean + 1):
+            share = low_pass_share(corner, period)
             A[low, low], A[low, mean], B[low] = 1.0 - share, -share, share * y
-            C[2 * s, c, mean], D[2 * s, c] = -1.0, y
-            C[2 * s + 1, c, low] = 1.0
+            C[low, low] = 1.0
     return A, B, C, D
 
 
-def _share(corner: float, period: float) -> float:
+def low_pass_share(corner: float, period: float) -> float:
     """Return what a first-order filter moves by in a period, of its distance from its input."""
     return 1.0 - math.exp(-2.0 * math.pi * corner * period)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Mapping, Sequence
+
 from railenv import Model
 
 CONICITY = (0.05, 0.4)
@@ -14,6 +17,24 @@ dirty rails to clean and dry ones."""
 
 WEAR = (0.0, 1.0)
 """From the new pair of a family of profiles to the worn one."""
+
+
+CONICITIES = (0.05, 0.1, 0.2, 0.3, 0.4)
+WEARS = (0.0, 0.25, 0.5, 0.75, 1.0)
+CREEP_FACTORS = (0.6, 1.0, 1.4)
+"""Of the vehicles for which controllers are tuned."""
+
+
+def vehicles_of_service(
+    model: Model,
+    conicities: Sequence[float] = CONICITIES,
+    creep_factors: Sequence[float] = CREEP_FACTORS,
+    wears: Sequence[float] = WEARS,
+) -> tuple[Mapping[str, float], ...]:
+    """Return every conicity (or wear) with every creep factor, as changes of a model that has them."""
+    ranges = {"conicity": conicities, "wear": wears, "creep_factor": creep_factors}
+    given = {name: values for name, values in ranges.items() if name in model.variable_names}
+    return tuple(dict(zip(given, one, strict=True)) for one in itertools.product(*given.values()))
 
 
 def varied(model: Model, ranges: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from scipy import linalg, optimize
 
 import design
+from agents.controllers.service import vehicles_of_service
 from agents.tuning.family import Family
 from railenv import Equipped, checks
 from railenv.errors import ParameterError
@@ -138,15 +139,8 @@ def start_weights(
     weights, plants = np.zeros(dimension), []
     # one target after the other: from nothing, all at once lead to where the first one is not met
     for target in aim.targets:
-        family = Family.of(
-            model.replace(creep_factor=target.creep_factor),
-            signals,
-            target.conicities,
-            target.speeds,
-            period,
-            target.radius,
-            target.cant,
-        )
+        changes = vehicles_of_service(model, target.conicities, (target.creep_factor,))
+        family = Family.of(model, signals, changes, target.speeds, period, target.radius, target.cant)
         plants += [
             (target.weight, *_plant(family, i, signals, loop_of, dimension))
             for i in range(len(family.speed))

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -46,21 +45,20 @@ class Family:
         cls,
         model: Equipped,
         signals: Sequence[str],
-        conicities: Sequence[float],
+        vehicles: Sequence[Mapping[str, float]],
         speeds: Sequence[float],
         period: float,
         radius: float = math.inf,
         cant: float = 0.0,
-        creep_factors: Sequence[float] = (1.0,),
     ) -> Self:
-        """Linearise and sample a vehicle for each conicity, creep factor and speed, on one curve.
+        """Linearise and sample a model with each of some changes at each speed, on one curve.
 
-        On tangent track lateral motion is alone; on a curve vertical motion belongs to it. A vehicle
-        whose contact has no number ``conicity``, or that has no ``creep_factor``, keeps its own.
+        On tangent track lateral motion is alone; on a curve vertical motion belongs to it.
         """
         A, B, at = [], [], []
         system = None
-        for vehicle in _vehicles(model, conicities, creep_factors):
+        for changes in vehicles:
+            vehicle = model.replace(**changes)
             for speed in speeds:
                 if math.isinf(radius):
                     system = lateral_model(vehicle, speed=speed, period=period, sensors=True)
@@ -120,18 +118,6 @@ class Family:
             return float(-worst[0])
         share = -worst[i - 1] / (worst[i] - worst[i - 1])
         return float(speeds[i - 1] + share * (speeds[i] - speeds[i - 1]))
-
-
-def _vehicles(
-    model: Equipped, conicities: Sequence[float], creep_factors: Sequence[float]
-) -> list[Equipped]:
-    """Return a vehicle with every conicity and every creep factor that it can have."""
-    ranges = {"conicity": conicities, "creep_factor": creep_factors}
-    given = {name: values for name, values in ranges.items() if name in model.variable_names}
-    return [
-        model.replace(**dict(zip(given, values, strict=True)))
-        for values in itertools.product(*given.values())
-    ]
 
 
 def _curving_model(

@@ -16,7 +16,7 @@ from scipy import optimize
 
 from agents.controllers.lqg import LQG
 from agents.controllers.scheduled import CONTROL_PERIOD, ScheduledController, readings_of
-from agents.controllers.service import CONICITY
+from agents.controllers.service import CONICITY, vehicles_of_service
 from agents.controllers.yaw_rate import YawRateFeedback
 from agents.tuning.family import Family
 from design.linear.regulator import Disturbances, Weights
@@ -25,8 +25,6 @@ from railenv.threads import one_blas_thread
 
 Array = NDArray[np.float64]
 
-CONICITIES = (0.05, 0.1, 0.2, 0.3, 0.4)
-CREEP_FACTORS = (0.6, 1.0, 1.4)
 SPEEDS = tuple(float(v) for v in range(20, 261, 10))
 """m/s."""
 
@@ -127,7 +125,8 @@ def _searched(
     """Return the best design that a search finds."""
     signals = [reading.signal for reading in readings_of(model, "sensors", period)]
     with one_blas_thread():
-        family = Family.of(model, signals, CONICITIES, SPEEDS, period, creep_factors=CREEP_FACTORS)
+        vehicles = vehicles_of_service(model)
+        family = Family.of(model, signals, vehicles, SPEEDS, period)
 
         def cost(x: Array) -> float:
             try:
@@ -148,8 +147,7 @@ def _searched(
     best = make(found.x)
     best.about |= {
         "tuning": "differential evolution on robust stability",
-        "conicities": list(CONICITIES),
-        "creep_factors": list(CREEP_FACTORS),
+        "vehicles": [dict(vehicle) for vehicle in vehicles],
         "decay": DECAY,
         "evaluations": int(found.nfev),
         "seed": seed,

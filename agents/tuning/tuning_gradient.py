@@ -1,24 +1,31 @@
 """Tuning of structured output feedback by the gradient of the worst growth rate.
 
-Vehicles of several conicities and creep factors at speeds up to a target make a family of linear
-plants. An eigenvalue's derivative with respect to the gains is known from its eigenvectors where the
-loop closes. So the worst growth rate of the family, as a soft maximum, is minimised with its gradient.
-The target speed rises as long as every plant of the family can be kept stable.
+Vehicles of several conicities (or wears) and creep factors at speeds up to a target make a family of
+linear plants. An eigenvalue's derivative with respect to the gains is known from its eigenvectors where
+the loop closes. So the worst growth rate of the family, as a soft maximum, is minimised with its
+gradient. The target speed rises as long as every plant of the family can be kept stable.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize
 
-from agents.controllers.controller import check_single_actuator
-from agents.controllers.output_feedback import GAINS, Filters, OutputFeedback, basis
+from agents.controllers.output_feedback import (
+    Filters,
+    OutputFeedback,
+    Term,
+    basis,
+    low_pass_share,
+    terms_of,
+)
 from agents.controllers.scheduled import CONTROL_PERIOD, readings_of
+from agents.controllers.service import vehicles_of_service
 from agents.tuning.family import Family
 from railenv import Equipped
 from railenv.errors import ParameterError
@@ -26,7 +33,9 @@ from railenv.threads import one_blas_thread
 
 Array = NDArray[np.float64]
 
-_UNITS = np.array([1e4, 1e5, 1e5, 1e6])  # of the four gains, so that the search sees like sizes
+_ACCELERATION, _YAW_RATE = 0.4, 4.0
+"""Usual gains, in shares of the limit per m/s^2 and per rad/s, so that the search sees like sizes."""
+
 _SHARPNESS = 4.0  # s, of the soft maximum of decay rates
 _TOP = 4  # slowest modes of each plant that count
 _FLOOR = 1e-12
@@ -38,8 +47,9 @@ class Goal:
 
     Attributes
     ----------
-    conicities, creep_factors : tuple of float
-        Every one with every other, as far as the vehicle has these numbers.
+    vehicles : tuple of mapping, optional
+        Changes of the model, each a vehicle that has to decay; when left out, five conicities (or
+        wears) with two creep factors, as far as the model has these numbers.
     speeds : tuple of float
         m/s; the target speed is added.
     decay : float
@@ -48,26 +58,70 @@ class Goal:
         Moment (share of the limit) that the sensors' noise alone may command.
     """
 
-    conicities: tuple[float, ...] = (0.05, 0.1, 0.2, 0.3, 0.4)
-    creep_factors: tuple[float, ...] = (0.6, 1.4)
+    vehicles: tuple[Mapping[str, float], ...] | None = None
     speeds: tuple[float, ...] = (20.0, 30.0, 40.0, 55.0, 70.0, 85.0, 100.0, 115.0, 130.0, 145.0)
     decay: float = 0.3
     noise: float = 0.08
+
+    def of(self, model: Equipped) -> tuple[Mapping[str, float], ...]:
+        """Return the vehicles for a model."""
+        if self.vehicles is None:
+            return vehicles_of_service(model, creep_factors=(0.6, 1.4))
+        return self.vehicles
+
+
+@dataclass(frozen=True)
+class _Gains:
+    """How scaled gains of a search, shape (nodes, m, t), are those of the controller.
+
+    Attributes
+    ----------
+    units : ndarray, shape (m, t)
+    noise : ndarray, shape (m, t, t)
+        Covariance of the noise that the terms let through, in shares of each limit.
+    """
+
+    units: Array
+    noise: Array
+
+    @classmethod
+    def of(cls, model: Equipped, filters: Filters, period: float) -> Self:
+        """Return those of a model's output feedback."""
+        terms, limits = terms_of(model, filters), model.limits
+        units = np.outer(limits, [_usual(term) for term in terms])
+        noise = _let_through(model, terms, period)
+        return cls(units, noise / limits[:, None, None] ** 2)
+
+    def start(self, model: Equipped, terms: Sequence[Term], nodes: int, seed: int) -> Array:
+        """Return scaled gains near a plain yaw damper of each actuator."""
+        gains = np.zeros((nodes, *self.units.shape))
+        for k, mount in enumerate(model.equipment.mounts):
+            for t, term in enumerate(terms):
+                own = term.corner is None and term.signal in (f"gyro_{b}" for b in mount.between[:1])
+                gains[:, k, t] = -0.5 * (mount.acts == "yaw" and own)
+        if seed > 0:
+            gains += 0.2 * np.random.default_rng(seed).normal(size=gains.shape)
+        return gains.ravel()
+
+
+def _usual(term: Term) -> float:
+    """Return a usual gain of a term, as a share of the limit per m/s^2 or rad/s."""
+    unit = _ACCELERATION if term.signal.startswith("accel_") else _YAW_RATE
+    return unit if term.corner is None else unit * max(1.0, 10.0 / term.corner)
 
 
 class _Objective:
     """Soft maximum of the growth rates of a family, with its gradient in the scheduled gains."""
 
     def __init__(
-        self, family: Family, parts: tuple[Array, ...], nodes: Array, goal: Goal, noise: Array
+        self, family: Family, parts: tuple[Array, ...], nodes: Array, goal: Goal, gains: _Gains
     ) -> None:
-        self.family, self.goal = family, goal
-        self.parts = parts
-        self.noise = noise
+        self.family, self.goal, self.gains = family, goal, gains
+        A, B, C, D = parts
+        self.rows = np.concatenate([D @ family.S, C], axis=1)  # (t, n + k)
         # shares of the nodes' gains at each plant's speed
         clipped = np.clip(family.speed, nodes[0], nodes[-1])
         self.shares = np.array([np.interp(clipped, nodes, row) for row in np.eye(len(nodes))]).T
-        A, B, _, _ = parts
         q, n, k = len(family.A), family.A.shape[1], len(A)
         self.fixed = np.zeros((q, n + k, n + k))
         self.fixed[:, :n, :n] = family.A
@@ -75,22 +129,23 @@ class _Objective:
         self.fixed[:, n:, n:] = A
         self.n, self.k = n, k
 
+    def at_nodes(self, x: Array) -> Array:
+        """Return the gains at the nodes, shape (nodes, m, t)."""
+        return np.asarray(x.reshape(-1, *self.gains.units.shape) * self.gains.units)
+
     def rates(self, x: Array, period: float) -> tuple[Array, Array]:
-        """Return growth rates (q, top) and their derivatives (q, top, gains)."""
-        _, _, C, D = self.parts
-        gains = self.shares @ (x.reshape(-1, len(GAINS)) * _UNITS)
-        rows = np.concatenate([D @ self.family.S, C], axis=2)  # (4, m, n + k)
+        """Return growth rates (q, top) and their derivatives (q, top, m, t)."""
+        gains = np.einsum("qk,kmt->qmt", self.shares, self.at_nodes(x))
         M = self.fixed.copy()
-        M[:, : self.n] += self.family.B @ np.einsum("qi,imz->qmz", gains, rows)
+        M[:, : self.n] += self.family.B @ (gains @ self.rows)
         values, right = np.linalg.eig(M)
         order = np.argsort(-np.abs(values), axis=1)[:, :_TOP]
         left = np.linalg.inv(right)
         mu = np.take_along_axis(values, order, 1)
         v = np.take_along_axis(right, order[:, None, :], 2)  # (q, z, top)
         w = np.take_along_axis(left, order[:, :, None], 1)[:, :, : self.n]  # (q, top, n)
-        into = w @ self.family.B  # (q, top, m)
-        seen = np.einsum("imz,qzt->qtim", rows, v)
-        slope = np.einsum("qtm,qtim->qti", into, seen) / mu[:, :, None]
+        into = (w @ self.family.B) / mu[:, :, None]  # (q, top, m)
+        slope = np.einsum("qam,qta->qamt", into, self.rows @ v)
         rates = np.log(np.maximum(np.abs(mu), _FLOOR)) / period
         return rates, slope.real / period
 
@@ -100,14 +155,15 @@ class _Objective:
         weight = np.exp(_SHARPNESS * (rates - top))
         total = weight.sum()
         value = top + np.log(total) / _SHARPNESS
-        per_plant = np.einsum("qt,qti->qi", weight / total, slopes)
-        gradient = (self.shares.T @ per_plant) * _UNITS
+        per_plant = np.einsum("qa,qamt->qmt", weight / total, slopes)
+        gradient = np.einsum("qk,qmt->kmt", self.shares, per_plant) * self.gains.units
         # noise commanded at each node, beyond what is allowed
-        gains = x.reshape(-1, len(GAINS)) * _UNITS
-        commanded = np.sqrt((np.square(gains) * self.noise).sum(axis=1)) + 1e-12
+        gains = self.at_nodes(x)
+        through = np.einsum("mts,kms->kmt", self.gains.noise, gains)
+        commanded = np.sqrt((gains * through).sum(axis=2)) + 1e-12
         excess = np.maximum(commanded - self.goal.noise, 0.0)
         value += 1e2 * float((excess**2).sum())
-        gradient += 2e2 * (excess / commanded)[:, None] * gains * self.noise * _UNITS
+        gradient += 2e2 * (excess / commanded)[:, :, None] * through * self.gains.units
         return float(value), gradient.ravel()
 
     def minimized(self, x: Array, period: float, iterations: int) -> Any:
@@ -152,7 +208,6 @@ def tune_output_feedback(
     Parameters
     ----------
     model : Equipped
-        With a single yaw actuator, and sensors on a body that it acts on.
     filters : Filters, optional
     nodes : sequence of float
         Speeds between which gains are linear, m/s; they are held beyond the target that was reached.
@@ -173,28 +228,36 @@ def tune_output_feedback(
     Raises
     ------
     ParameterError
-        If not even the first target can be met, or the model has other actuators or sensors.
+        If not even the first target can be met.
     """
-    check_single_actuator(model, "the tuning of output feedback")
     wanted = Goal() if goal is None else goal
     f = Filters() if filters is None else filters
     knots = np.asarray(nodes, dtype=float)
-    x, best, reached, evaluations = _start(knots, seed), None, 0.0, 0
+    best, reached, evaluations = None, 0.0, 0
     with one_blas_thread():
         problem = _Problem(model, f, knots, wanted, period)
+        x = problem.gains.start(model, terms_of(model, f), len(knots), seed)
         for target in np.arange(start, highest + 1e-9, step).tolist():
             objective = problem.up_to(target)
             found = objective.minimized(x, period, iterations)
             evaluations += int(found.nfev)
             if objective.rates(found.x, period)[0].max() > -wanted.decay:
                 break
-            best, reached, x = found.x, target, found.x
+            best, reached, x = objective.at_nodes(found.x), target, found.x
     if best is None:
         raise ParameterError(
             f"start is {start:g} m/s; with these filters the family cannot be kept stable up to there"
         )
-    about = {"goal": asdict(wanted), "target": reached, "evaluations": evaluations, "seed": seed}
-    held, gains = _held(best.reshape(-1, len(GAINS)) * _UNITS, knots, reached)
+    about = {
+        "vehicles": [dict(vehicle) for vehicle in wanted.of(model)],
+        "speeds": list(wanted.speeds),
+        "decay": wanted.decay,
+        "noise": wanted.noise,
+        "target": reached,
+        "evaluations": evaluations,
+        "seed": seed,
+    }
+    held, gains = _held(best, knots, reached)
     controller = OutputFeedback.design(
         model, speeds=held, gains=gains, filters=f, period=period, about=about
     )
@@ -211,15 +274,12 @@ class _Problem:
         readings = readings_of(model, "sensors", period)
         self.signals = [reading.signal for reading in readings]
         self.parts = basis(model, readings, filters, period)
-        self.noise = _let_through(model, filters, period)
+        self.gains = _Gains.of(model, filters, period)
+        self.vehicles = goal.of(model)
         self.base = self._family(goal.speeds)
 
     def _family(self, speeds: Sequence[float]) -> Family:
-        goal = self.goal
-        factors = goal.creep_factors
-        return Family.of(
-            self.model, self.signals, goal.conicities, speeds, self.period, creep_factors=factors
-        )
+        return Family.of(self.model, self.signals, self.vehicles, speeds, self.period)
 
     def up_to(self, target: float) -> _Objective:
         """Return the objective over all plants up to a target speed (m/s)."""
@@ -228,33 +288,35 @@ class _Problem:
         more = self._family([*extra, target])
         below = base.speed < target
         family = Family(base.A[below], base.B[below], base.S, base.speed[below]).joined(more)
-        return _Objective(family, self.parts, self.knots, goal, self.noise)
+        return _Objective(family, self.parts, self.knots, goal, self.gains)
 
 
-def _let_through(model: Equipped, f: Filters, period: float) -> Array:
-    """Return the variance of noise that each gain lets through, in shares of the limit."""
+def _let_through(model: Equipped, terms: Sequence[Term], period: float) -> Array:
+    """Return the covariance of white noise behind the terms: none between those of two sensors.
+
+    A low-pass filter gives what it has seen before now, which this moment's noise is not in.
+    """
     s = model.sensors
-    shares = [1.0, _passed(f.acceleration, period), 1.0, _passed(f.yaw_rate, period)]
-    levels = [s.accelerometer_noise, s.accelerometer_noise, s.gyro_noise, s.gyro_noise]
-    return np.asarray(np.square(levels) * shares / model.limits[0] ** 2)
+    found = np.zeros((len(terms), len(terms)))
+    for i, one in enumerate(terms):
+        level = s.accelerometer_noise if one.signal.startswith("accel_") else s.gyro_noise
+        for k, other in enumerate(terms):
+            if one.signal == other.signal:
+                found[i, k] = level**2 * _alike(one.corner, other.corner, period)
+    return found
+
+
+def _alike(one: float | None, other: float | None, period: float) -> float:
+    """Return the covariance of white noise of variance 1 behind two filters (None: none)."""
+    if one is None or other is None:
+        return float(one is other)
+    a, b = low_pass_share(one, period), low_pass_share(other, period)
+    return a * b / (1.0 - (1.0 - a) * (1.0 - b))
 
 
 def _held(gains: Array, knots: Array, reached: float) -> tuple[Array, Array]:
     """Return speeds and gains of which none changes beyond a speed, where nothing was asked of them."""
     held = np.append(knots[knots < reached], reached)
-    return held, np.array([np.interp(held, knots, column) for column in gains.T]).T
-
-
-def _start(knots: Array, seed: int) -> Array:
-    """Return scaled gains near a plain yaw damper."""
-    rng = np.random.default_rng(seed)
-    gains = np.zeros((len(knots), len(GAINS)))
-    gains[:, 2] = -5e4
-    gains += 0.2 * rng.normal(size=gains.shape) * _UNITS * (seed > 0)
-    return (gains / _UNITS).ravel()
-
-
-def _passed(corner: float, period: float) -> float:
-    """Return the share of white noise's variance that a first-order low-pass filter lets through."""
-    share = 1.0 - np.exp(-2.0 * np.pi * corner * period)
-    return float(share / (2.0 - share))
+    columns = gains.reshape(len(knots), -1).T
+    interpolated = np.array([np.interp(held, knots, column) for column in columns]).T
+    return held, interpolated.reshape(len(held), *gains.shape[1:])

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import agents
-from agents.controllers.controller import Controller
+from agents.controllers.controller import Controller, sensed_bodies
+from agents.controllers.output_feedback import Filters, terms_of
 from agents.evaluation.informed import InformedLQR
 from agents.evaluation.returns import Returns, episode_returns
 from design.linear.regulator import Disturbances, Weights
@@ -119,7 +120,7 @@ def output_feedback(env_id: str, gain: float) -> Best:
     start = np.tile([0.0, 0.0, -gain, 0.0], 2)
 
     def made(x: Array) -> Controller:
-        gains = (start + sizes * x).reshape(2, 4)
+        gains = _of_its_own_body(model, (start + sizes * x).reshape(2, 4))
         return agents.OutputFeedback.design(model, speeds=speeds, gains=gains)
 
     options = {"seed": 1, "verbose": -9, "popsize": CANDIDATES, "maxiter": GENERATIONS}
@@ -135,6 +136,16 @@ def output_feedback(env_id: str, gain: float) -> Best:
     gains = (start + sizes * best).reshape(2, 4)
     told = "; ".join(", ".join(f"{k / 1e3:.3g}" for k in row) for row in gains)
     return Best(tested(env_id, made(best)), told, tried)
+
+
+def _of_its_own_body(model: Equipped, gains: Array) -> Array:
+    """Return gains of all commands, each on the readings of the body that it damps, shape (k, m, t)."""
+    terms = terms_of(model, Filters())
+    spread = np.zeros((len(gains), len(model.command_names), len(terms)))
+    for k, body in enumerate(sensed_bodies(model, "output feedback")):
+        own = [t for t, term in enumerate(terms) if term.signal in (f"accel_{body}", f"gyro_{body}")]
+        spread[:, k, own] = gains
+    return spread
 
 
 def knowing_all(env_id: str) -> tuple[Best, list[Returns]]:

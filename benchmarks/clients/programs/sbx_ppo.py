@@ -6,8 +6,8 @@ from stable_baselines3.common.env_util import make_vec_env
 
 STEPS = 40960
 
-env = make_vec_env(ID, n_envs=4, seed=0, env_kwargs=KEYWORDS)
-model = PPO("MlpPolicy", env, seed=0, gamma=0.98, n_steps=512, batch_size=128)
+env = make_vec_env(ID, n_envs=4, seed=1, env_kwargs=KEYWORDS)
+model = PPO("MlpPolicy", env, seed=1, gamma=0.98, n_steps=512, batch_size=128)
 
 
 def act(observation):

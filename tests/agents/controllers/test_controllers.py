@@ -28,7 +28,7 @@ def make(kind, coach):
         "output feedback": lambda: agents.OutputFeedback.design(
             coach,
             speeds=[60.0, 140.0],
-            gains=[[1e3, 2e4, -5e4, -1e6], [8e2, 1e4, -1e5, -1e6]],
+            gains=[[[1e3, 2e4, -5e4, -1e6]], [[8e2, 1e4, -1e5, -1e6]]],
         ),
     }[kind]()
 

@@ -113,7 +113,7 @@ def test_the_shipped_policys_search_begins_as_its_file_tells():
 def test_slopes_of_growth_rates_are_those_of_finite_differences(coach, base):
     inner = Candidates(coach, base, SHORT, MEMORY, 0.5, 0.005)
     signals = [reading.signal for reading in readings_of(coach, "sensors")]
-    family = Family.of(coach, signals, (0.3,), (150.0,), 0.005)
+    family = Family.of(coach, signals, [{"conicity": 0.3}], (150.0,), 0.005)
     plant = _plant(family, 0, signals, lambda w: inner.policy(w, {}), inner.dimension)
     weights = 0.05 * np.random.default_rng(0).normal(size=inner.dimension)
     _, slopes = _slowest(*plant, weights, 0.005)
