@@ -46,6 +46,7 @@ from design.stability.mode_shape import ModeShape
 from design.stability.mode_table import ModeTable, modes
 from design.stability.parameter_locus import ParameterLocus, parameter_locus
 from design.stability.participation import Participation
+from design.stability.recoverable import Recoverable, recoverable_amplitudes
 from design.stability.robust import RobustCriticalSpeed, robust_critical_speed
 from design.stability.sweep import CurveSweep, curve_sweep
 from design.studies.stability_map import StabilityMap, stability_map
@@ -82,6 +83,7 @@ __all__ = [
     "ParameterLocus",
     "Participation",
     "PoincareSection",
+    "Recoverable",
     "Regulator",
     "RobustCriticalSpeed",
     "ScaledFeedback",
@@ -124,6 +126,7 @@ __all__ = [
     "parameter_locus",
     "phase_portrait",
     "poincare_section",
+    "recoverable_amplitudes",
     "robust_critical_speed",
     "run_study",
     "section_diagram",

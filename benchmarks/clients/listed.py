@@ -68,5 +68,5 @@ CLIENTS = (
     Client("skrl-ppo", "skrl", "skrl", "skrl"),
     Client("rllib-ppo", "RLlib", "rllib", "ray"),
     Client("minari-record", "Minari", "minari", "minari"),
-    Client("d3rlpy-td3-bc", "d3rlpy", "d3rlpy", "d3rlpy"),
+    Client("d3rlpy-iql", "d3rlpy", "d3rlpy", "d3rlpy"),
 )

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from rich.console import Console
 from rich.table import Table
 
 from railenv.cli.common import model_of, out, print_json, save
@@ -27,6 +28,9 @@ def evaluate(
     ] = None,
     plant: ControlledVehicleOptions,
     changes: SetOption = None,
+    problem: Annotated[
+        str | None, typer.Option(help="Rate on a problem, by name, beside its passive dampers.")
+    ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Tangent track and one curve only.")] = False,
     store: Annotated[
         Path | None, typer.Option(help="JSON file to keep evaluations in, and to go on from.")
@@ -35,9 +39,16 @@ def evaluate(
     plot: PlotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Measure how fast a vehicle runs with each controller: linear, nonlinear, robust, on curves."""
+    """Measure how fast a vehicle runs with each controller: linear, nonlinear, robust, on curves.
+
+    With --problem the vehicle is that of the problem, and controllers are rated on all that it asks for;
+    the vehicle without yaw dampers and with its best passive ones stands above them.
+    """
     import agents
 
+    if problem is not None:
+        _rate(problem, controllers or [], leaderboard=leaderboard, plot=plot, as_json=as_json)
+        return
     names = controllers or agents.shipped_names()
     built = model_of(plant, changes)
     quiet = as_json or leaderboard
@@ -55,6 +66,39 @@ def evaluate(
         from agents.evaluation.leaderboard import ordered
 
         save(plot_comparison(ordered(done)), plot, as_json)
+
+
+def _rate(
+    name: str, controllers: Sequence[str], *, leaderboard: bool, plot: Path | None, as_json: bool
+) -> None:
+    """Rate controllers on a problem, beside its passive references."""
+    from agents import problems
+    from agents.problems.rating_plots import plot_ratings
+    from agents.problems.table import COLUMNS, markdown, row
+
+    todo = problems.problem(name)
+    loaded = controllers_named(controllers)
+    done = []
+    with Console(stderr=True).status("rating") as status:
+        for damped in (False, True):
+            status.update(f"rating the passive vehicle of {name}")
+            done.append(problems.rate_passive(todo, damped=damped))
+        for called, controller in loaded.items():
+            status.update(f"rating {called} on {name}")
+            done.append(problems.rate(controller, todo, name=called))
+    if as_json:
+        print_json([rating.summary() for rating in done])
+    elif leaderboard:
+        print(markdown(done), end="")
+    else:
+        shown = Table(title=f"{name}: {todo.asks}", padding=(0, 0))
+        for title in ("", *(rating.controller for rating in done)):
+            shown.add_column(title, justify="left" if not title else "right")
+        for heading, *cells in zip(COLUMNS[1:], *(row(rating)[1:] for rating in done), strict=True):
+            shown.add_row(heading, *cells)
+        out.print(shown)
+    if plot:
+        save(plot_ratings(done), plot, as_json)
 
 
 def evaluated(

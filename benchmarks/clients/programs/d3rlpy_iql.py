@@ -1,4 +1,4 @@
-"""d3rlpy's TD3+BC, from a data set of Minari: episodes of a shipped controller with noise."""
+"""d3rlpy's IQL, from a data set of Minari: episodes of a shipped controller with noise."""
 
 import os
 from pathlib import Path
@@ -34,16 +34,16 @@ for seed in range(EPISODES):
         ended = terminated or truncated
 env.create_dataset(NAME)
 
-d3rlpy.seed(0)
+d3rlpy.seed(1)
 dataset, _ = d3rlpy.datasets.get_minari(NAME)
 network = d3rlpy.models.VectorEncoderFactory([64, 64])
-learner = d3rlpy.algos.TD3PlusBCConfig(
+learner = d3rlpy.algos.IQLConfig(
     gamma=0.98,
-    alpha=0.5,  # nearer to what the data do than by default
     actor_learning_rate=1e-3,
     critic_learning_rate=1e-3,
     actor_encoder_factory=network,
     critic_encoder_factory=network,
+    value_encoder_factory=network,
     observation_scaler=d3rlpy.preprocessing.StandardObservationScaler(),
 ).create(device="cpu:0")
 learner.build_with_dataset(dataset)
@@ -65,7 +65,7 @@ learner.fit(
     logger_adapter=d3rlpy.logging.NoopAdapterFactory(),
 )
 report(
-    f"`datasets.get_minari`, `TD3PlusBC`; {EPISODES} episodes, steps are updates",
+    f"`datasets.get_minari`, `IQL`; {EPISODES} episodes, steps are updates",
     steps=UPDATES,
     seconds=clock.seconds,
     before=before,

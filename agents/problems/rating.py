@@ -1,0 +1,216 @@
+"""What a controller is rated by on a problem: speeds, ride, curves, power, margins, failures."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import control
+    from matplotlib.axes import Axes
+
+SCHEMA = "railenv rating 1"
+
+
+@dataclass(frozen=True)
+class Loss:
+    """How one vehicle of a problem loses stability, by the linear closed loop.
+
+    Attributes
+    ----------
+    vehicle : mapping of str to float
+        What of it was varied.
+    speed : float or None
+        m/s; None if it is unstable at the lowest speed, the highest speed looked at if it never is.
+    kind : str
+        "body hunting ..." or "bogie hunting ..." with its name; "hunting" of a bogie alone; "none".
+    frequency : float or None
+        Hz.
+    """
+
+    vehicle: Mapping[str, float]
+    speed: float | None
+    kind: str
+    frequency: float | None
+
+
+@dataclass(frozen=True)
+class Ride:
+    """A run on an irregular line (ERRI B176, low) with noisy sensors, on tangent track.
+
+    Attributes
+    ----------
+    vehicle : mapping of str to float
+    speed : float
+        m/s.
+    wz : float
+        Sperling's lateral ride index of the felt bodies, the worst of them.
+    acceleration : float
+        Rms of the lateral acceleration felt, m/s^2.
+    moment, peak : float
+        Rms and largest moment of the actuators, as shares of their limits.
+    power : float
+        Mean of the magnitude of what the actuators do to the vehicle, W, all together.
+    energy : float
+        J for each metre run.
+    instability : float
+        Largest running rms of the sum of guiding forces as a share of EN 14363's limit.
+    derailed : bool
+    """
+
+    vehicle: Mapping[str, float]
+    speed: float
+    wz: float
+    acceleration: float
+    moment: float
+    peak: float
+    power: float
+    energy: float
+    instability: float
+    derailed: bool
+
+
+@dataclass(frozen=True)
+class Curving:
+    """A run on a curve with an irregular line, at 150 mm of cant deficiency at most.
+
+    Attributes
+    ----------
+    radius, cant, speed : float
+        m, rad, m/s.
+    nadal, unloading : float
+        Largest Y/Q and wheel unloading over 2 m as shares of their limits.
+    moment : float
+        Rms moment of the actuators, as a share of their limits.
+    derailed : bool
+    """
+
+    radius: float
+    cant: float
+    speed: float
+    nadal: float
+    unloading: float
+    moment: float
+    derailed: bool
+
+
+@dataclass(frozen=True)
+class Failures:
+    """What is left when something fails.
+
+    Attributes
+    ----------
+    lost : float or None
+        Robust critical speed (m/s) of the vehicle when all actuators do nothing.
+    doubled_delay : float or None
+        Robust critical speed with twice the transport delay; None if there is none, or the controller
+        has no linearisation.
+    frozen : float
+        Running rms of the guiding forces, as a share of EN 14363's limit, in the last part of a run in
+        which all sensors stand still from 2 s on, at the first ride speed; the worst of new and worn.
+    frozen_derailed : bool
+    """
+
+    lost: float | None
+    doubled_delay: float | None
+    frozen: float
+    frozen_derailed: bool
+
+
+@dataclass(frozen=True)
+class Margin:
+    """Margins of the closed loop at the first ride speed, nominal vehicle; the least of all commands.
+
+    Attributes
+    ----------
+    gain : float
+        Factor by which the gain may grow.
+    phase : float
+        rad.
+    delay : float or None
+        Additional delay, s.
+    """
+
+    gain: float
+    phase: float
+    delay: float | None
+
+
+@dataclass(frozen=True)
+class Rating:
+    """What a controller reaches on a problem; speeds in m/s.
+
+    Attributes
+    ----------
+    problem, controller, observation : str
+    losses : tuple of Loss
+        Of the vehicles at the corners and the middle of the ranges.
+    robust : float or None
+        Robust critical speed over the ranges; None if some vehicle is unstable at the lowest speed, or
+        the controller has no linearisation.
+    worst : mapping of str to float
+        The vehicle that sets it.
+    nonlinear : mapping of str to (float or None)
+        Up to where an offset of 9 mm dies out, of the nominal vehicle and of those at the ends of the
+        ranges.
+    ride : tuple of Ride
+    curving : tuple of Curving
+    margin : Margin or None
+        None where the loop is unstable, or the controller has no linearisation.
+    failures : Failures
+    highest_speed : float
+        m/s, up to which was searched.
+    about : mapping
+        How the controller was designed.
+    """
+
+    problem: str
+    controller: str
+    observation: str
+    losses: tuple[Loss, ...]
+    robust: float | None
+    worst: Mapping[str, float]
+    nonlinear: Mapping[str, float | None]
+    ride: tuple[Ride, ...]
+    curving: tuple[Curving, ...]
+    margin: Margin | None
+    failures: Failures
+    highest_speed: float
+    about: Mapping[str, Any]
+
+    def lowest(self, kind: str) -> Loss | None:
+        """Return the loss of some kind ("body hunting", "bogie hunting", ...) at the lowest speed."""
+        known = [loss for loss in self.losses if kind in loss.kind and loss.speed is not None]
+        return min(known, key=lambda loss: loss.speed or 0.0, default=None)
+
+    @property
+    def worst_ride(self) -> Ride:
+        """The run with the highest ride index of those that did not derail, else of all."""
+        whole = [ride for ride in self.ride if not ride.derailed] or list(self.ride)
+        return max(whole, key=lambda ride: ride.wz)
+
+    def summary(self) -> dict[str, Any]:
+        """Return everything as plain numbers and strings, ready for JSON."""
+        return {"schema": SCHEMA, **_plain(dataclasses.asdict(self))}
+
+    def __str__(self) -> str:
+        robust = "none" if self.robust is None else f"{self.robust:.1f} m/s"
+        return f"{self.controller} on {self.problem}: robust critical speed {robust}"
+
+    def plot(self, ax: Axes | None = None) -> control.ControlPlot:
+        """Draw the linear critical speed of every vehicle looked at."""
+        from agents.problems.rating_plots import plot_ratings
+
+        return plot_ratings([self], ax)
+
+
+def _plain(value: Any) -> Any:
+    """Return data without infinities, which JSON has not: None instead."""
+    if isinstance(value, Mapping):
+        return {key: _plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
