@@ -15,6 +15,7 @@ ARM = 1.3
 """m, of the dampers, as of the actuators beside them."""
 
 _BEYOND = 0.02  # of the rate, beyond the force at which the valves open
+_LAST = 10.0  # times the speed at which they open: the last point
 
 
 @dataclass(frozen=True)
@@ -41,11 +42,8 @@ class YawDamper:
     def on(self, vehicle: Vehicle) -> Vehicle:
         """Return a vehicle with this damper between each frame and what is above it."""
         opens = BLOW_OFF / self.rate
-        further = 1.0  # m/s
-        force = (
-            (0.0, opens, opens + further),
-            (0.0, BLOW_OFF, BLOW_OFF + _BEYOND * self.rate * further),
-        )
+        most = BLOW_OFF * (1.0 + _BEYOND * (_LAST - 1.0))
+        force = ((0.0, opens, _LAST * opens), (0.0, BLOW_OFF, most))
         return vehicle.replace(
             secondary_yaw_damper_force=force,
             secondary_yaw_damper_stiffness=self.stiffness,

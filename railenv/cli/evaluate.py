@@ -41,8 +41,8 @@ def evaluate(
 ) -> None:
     """Measure how fast a vehicle runs with each controller: linear, nonlinear, robust, on curves.
 
-    With --problem the vehicle is that of the problem, and controllers are rated on all that it asks for;
-    the vehicle without yaw dampers and with its best passive ones stands above them.
+    With --problem the vehicle is that of the problem, and controllers are rated on all that it asks
+    for, beside the vehicle without yaw dampers and with its best passive ones.
     """
     import agents
 
