@@ -62,7 +62,11 @@ site: $(DEVELOPED) ## build the documentation as a site in site/
 	@echo "open site/index.html"
 
 controllers: $(DEVELOPED) ## design, tune and learn the shipped controllers again (minutes)
-	for kind in $(CONTROLLERS); do $(BIN)/railenv tune $$kind --out agents/controllers/data/$$kind.npz; done
+	for kind in $(CONTROLLERS); do \
+	  $(BIN)/railenv tune $$kind --out agents/controllers/data/bogie-secondary-v1/$$kind.npz; done
+	for problem in bogie-primary-v1 bogie-both-v1 dual-wheelset-v1; do \
+	  $(BIN)/railenv tune output-feedback --problem $$problem \
+	    --out agents/controllers/data/$$problem/output-feedback.npz; done
 
 reliability: $(DEVELOPED) ## fuzz, damage files, run for hours; docs/reliability.md (15 minutes)
 	$(BIN)/python -m benchmarks.reliability.run

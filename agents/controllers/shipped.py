@@ -1,6 +1,7 @@
-"""Controllers that the package ships, for ``HIGH_SPEED_COACH_HOLLOW`` with its secondary actuator.
+"""Controllers that the package ships, each for one of the problems of :mod:`agents.problems`.
 
-``railenv tune KIND --out FILE`` designs and tunes one again, ``make controllers`` all of them.
+``railenv tune KIND --problem NAME --out FILE`` designs and tunes one again, ``make controllers`` all of
+them.
 """
 
 from __future__ import annotations
@@ -25,28 +26,47 @@ NAMES = (
 )
 """In the order in which they are shown; :mod:`agents.learning.designs` says how each is designed."""
 
+FIRST = "bogie-secondary-v1"
+"""The problem whose controllers are meant where none is named."""
+
 
 def coach() -> Equipped:
-    """Return the vehicle that the shipped controllers are for."""
+    """Return the vehicle that the controllers of the first problem are for."""
     return Equipped(Bogie(HIGH_SPEED_COACH_HOLLOW), "secondary")
 
 
-def shipped_names() -> list[str]:
-    """Return names of the controllers that are shipped."""
-    present = {Path(f.name).stem for f in _folder().iterdir() if f.name.endswith(".npz")}
+def shipped_problems() -> list[str]:
+    """Return the problems for which controllers are shipped."""
+    found = sorted(f.name for f in _folder().iterdir() if f.is_dir())
+    return [FIRST, *(name for name in found if name != FIRST)]
+
+
+def shipped_names(problem: str = FIRST) -> list[str]:
+    """Return names of the controllers that are shipped for a problem."""
+    if problem not in shipped_problems():
+        return []
+    files = (_folder() / problem).iterdir()
+    present = {Path(f.name).stem for f in files if f.name.endswith(".npz")}
     return [*(n for n in NAMES if n in present), *sorted(present - set(NAMES))]
 
 
-def shipped(name: str) -> ScheduledController | LearnedPolicy:
+def shipped(name: str, problem: str = FIRST) -> ScheduledController | LearnedPolicy:
     """Return a shipped controller.
+
+    Parameters
+    ----------
+    name : str
+    problem : str
+        Of :mod:`agents.problems`.
 
     Raises
     ------
     UnknownNameError
         If there is none of that name.
     """
-    checks.known("shipped controller", [name], shipped_names())
-    with resources.as_file(_folder() / f"{name}.npz") as path:
+    checks.known("problem with shipped controllers", [problem], shipped_problems())
+    checks.known("shipped controller", [name], shipped_names(problem))
+    with resources.as_file(_folder() / problem / f"{name}.npz") as path:
         return load(path)
 
 

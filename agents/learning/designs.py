@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+import numpy as np
+
 from agents.controllers.controller import Controller
 from agents.controllers.lqr import LQR
+from agents.controllers.output_feedback import Filters
 from agents.controllers.passive import Passive
 from agents.controllers.scheduled import ScheduledController
-from agents.controllers.shipped import shipped
+from agents.controllers.shipped import FIRST, shipped
 from agents.learning.policy_search import search_policy
 from agents.tuning.tuning import tune_lqg, tune_yaw_rate
-from agents.tuning.tuning_gradient import tune_output_feedback
+from agents.tuning.tuning_gradient import Goal, tune_output_feedback
 from design.linear.regulator import Weights
 from railenv import Equipped
 
@@ -42,3 +45,57 @@ DESIGNS: Mapping[str, Design] = {
     "lqr-scheduled": lambda model: LQR.design(model, speeds=SCHEDULE, weights=Weights()),
 }
 """How each is designed, tuned or learned; the learned one has the shipped output feedback below it."""
+
+_FAST = Filters(low_pass=(1.0, 5.0, 15.0))
+"""For modes up to 20 Hz, which actuators at the wheelsets can damp."""
+
+
+def _at_wheelsets(model: Equipped) -> Controller:
+    return tune_output_feedback(
+        model,
+        filters=_FAST,
+        nodes=(20.0, 60.0, 100.0, 140.0, 180.0, 220.0),
+        start=120.0,
+        step=20.0,
+        highest=220.0,
+        iterations=300,
+    ).controller
+
+
+def _two_wheelsets(model: Equipped) -> Controller:
+    return tune_output_feedback(
+        model,
+        filters=_FAST,
+        goal=Goal(speeds=(10.0, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0, 60.0, 70.0)),
+        nodes=(10.0, 40.0, 80.0, 120.0, 160.0, 200.0),
+        start=30.0,
+        step=10.0,
+        highest=200.0,
+        iterations=300,
+    ).controller
+
+
+def _all_three(model: Equipped) -> Controller:
+    """Tune on from what actuators at the wheelsets do by themselves."""
+    alone = np.array(shipped("output-feedback", "bogie-primary-v1").about["gains"])
+    nodes, _, terms = alone.shape
+    begin = np.concatenate([alone, np.zeros((nodes, 1, terms))], axis=1)
+    return tune_output_feedback(
+        model,
+        filters=_FAST,
+        nodes=(20.0, 60.0, 100.0, 140.0, 180.0, 220.0),
+        begin=begin,
+        start=220.0,
+        step=10.0,
+        highest=260.0,
+        iterations=150,
+    ).controller
+
+
+PROBLEM_DESIGNS: Mapping[str, Mapping[str, Design]] = {
+    FIRST: DESIGNS,
+    "bogie-primary-v1": {"output-feedback": _at_wheelsets},
+    "bogie-both-v1": {"output-feedback": _all_three},
+    "dual-wheelset-v1": {"output-feedback": _two_wheelsets},
+}
+"""How the controllers are designed that are shipped for each problem."""

@@ -27,6 +27,7 @@ _TREADS = {"conicity": CONICITY, **CONTACT}
 _AXLES = ("b", "w1", "w2")
 _BOGIE_DAMPER = YawDamper(1.33e5, 1e7)
 _COACH_DAMPER = YawDamper(2.37e5, 1e7)
+_TRAIN_DAMPER = YawDamper(8.98e5, 1e7)
 
 PROBLEMS: tuple[Problem, ...] = (
     Problem(
@@ -90,8 +91,8 @@ PROBLEMS: tuple[Problem, ...] = (
         place="secondary",
         sensed=("b1", "b2", "body"),
         ranges={"wear": WEAR, **CONTACT},
-        damper=YawDamper(5e5, 1e7),
-        fitted=YawDamper(5e5, 1e7),
+        damper=_TRAIN_DAMPER,
+        fitted=_TRAIN_DAMPER,
     ),
 )
 """All problems."""

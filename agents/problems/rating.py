@@ -6,7 +6,10 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
+
+from railenv import checks
+from railenv.errors import ParameterError
 
 if TYPE_CHECKING:
     import control
@@ -195,6 +198,27 @@ class Rating:
     def summary(self) -> dict[str, Any]:
         """Return everything as plain numbers and strings, ready for JSON."""
         return {"schema": SCHEMA, **_plain(dataclasses.asdict(self))}
+
+    @classmethod
+    def from_summary(cls, data: Mapping[str, Any]) -> Self:
+        """Return the rating of a summary.
+
+        Raises
+        ------
+        ParameterError
+            If it is none.
+        """
+        if data.get("schema") != SCHEMA:
+            raise ParameterError(f"this is no rating of the layout {SCHEMA!r}")
+        fields = {name: value for name, value in data.items() if name != "schema"}
+        checks.known("field of a rating", fields, [f.name for f in dataclasses.fields(cls)])
+        margin = fields["margin"]
+        if margin is not None:  # what is unlimited is kept as None
+            limits = {n: math.inf if margin[n] is None else margin[n] for n in ("gain", "phase")}
+            margin = Margin(**{**margin, **limits})
+        parts = {"losses": Loss, "ride": Ride, "curving": Curving}
+        lists = {name: tuple(part(**row) for row in fields[name]) for name, part in parts.items()}
+        return cls(**{**fields, **lists, "margin": margin, "failures": Failures(**fields["failures"])})
 
     def __str__(self) -> str:
         robust = "none" if self.robust is None else f"{self.robust:.1f} m/s"

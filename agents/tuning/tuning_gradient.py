@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy import optimize
 
 from agents.controllers.output_feedback import (
@@ -91,6 +91,14 @@ class _Gains:
         units = np.outer(limits, [_usual(term) for term in terms])
         noise = _let_through(model, terms, period)
         return cls(units, noise / limits[:, None, None] ** 2)
+
+    def scaled(self, gains: ArrayLike, nodes: int) -> Array:
+        """Return given gains as the search has them."""
+        given = np.asarray(gains, dtype=float)
+        shape = (nodes, *self.units.shape)
+        if given.shape != shape or not np.isfinite(given).all():
+            raise ParameterError(f"begin has shape {given.shape}; it must be {shape} finite numbers")
+        return np.asarray(given / self.units).ravel()
 
     def start(self, model: Equipped, terms: Sequence[Term], nodes: int, seed: int) -> Array:
         """Return scaled gains near a plain yaw damper of each actuator."""
@@ -196,6 +204,7 @@ def tune_output_feedback(
     filters: Filters | None = None,
     nodes: Sequence[float] = (20.0, 60.0, 100.0, 140.0, 180.0),
     goal: Goal | None = None,
+    begin: ArrayLike | None = None,
     start: float = 110.0,
     step: float = 5.0,
     highest: float = 300.0,
@@ -212,6 +221,9 @@ def tune_output_feedback(
     nodes : sequence of float
         Speeds between which gains are linear, m/s; they are held beyond the target that was reached.
     goal : Goal, optional
+    begin : array_like, shape (nodes, m, t), optional
+        Gains that the search starts from, as those of :meth:`OutputFeedback.design`; those of a plain
+        yaw damper when left out.
     start, step, highest : float
         Target speeds that are tried, m/s.
     iterations : int
@@ -219,7 +231,7 @@ def tune_output_feedback(
     period : float
         Control period, s.
     seed : int
-        Of the gains that the search starts from.
+        Of the gains that the search starts from, where they are left out; 0 is the plain yaw damper.
 
     Returns
     -------
@@ -237,6 +249,8 @@ def tune_output_feedback(
     with one_blas_thread():
         problem = _Problem(model, f, knots, wanted, period)
         x = problem.gains.start(model, terms_of(model, f), len(knots), seed)
+        if begin is not None:
+            x = problem.gains.scaled(begin, len(knots))
         for target in np.arange(start, highest + 1e-9, step).tolist():
             objective = problem.up_to(target)
             found = objective.minimized(x, period, iterations)

@@ -12,8 +12,12 @@ if TYPE_CHECKING:
     import agents
 
 
-def controllers(names: Sequence[str]) -> dict[str, agents.Controller]:
+def controllers(
+    names: Sequence[str], problem: str = "bogie-secondary-v1"
+) -> dict[str, agents.Controller]:
     """Return controllers by what they are called: shipped ones by name, others by their file's name.
+
+    Shipped ones are those for a problem.
 
     Files of the same name in several folders go by their whole paths.
 
@@ -26,14 +30,15 @@ def controllers(names: Sequence[str]) -> dict[str, agents.Controller]:
 
     found: dict[str, agents.Controller] = {}
     stems = [Path(name).stem for name in names]
+    present = agents.shipped_names(problem)
     for name, stem in zip(names, stems, strict=True):
-        if name in agents.shipped_names():
-            found[name] = agents.shipped(name)
+        if name in present:
+            found[name] = agents.shipped(name, problem)
         elif Path(name).exists():
             found[stem if stems.count(stem) == 1 else name] = agents.load(name)
         else:
             raise ParameterError(
                 f"controller {name!r} is neither a file nor shipped; shipped are "
-                f"{', '.join(agents.shipped_names())}"
+                f"{', '.join(present) or 'none'}"
             )
     return found

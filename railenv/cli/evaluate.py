@@ -47,7 +47,7 @@ def evaluate(
     import agents
 
     if problem is not None:
-        _rate(problem, controllers or [], leaderboard=leaderboard, plot=plot, as_json=as_json)
+        _rate(problem, controllers, leaderboard=leaderboard, plot=plot, as_json=as_json)
         return
     names = controllers or agents.shipped_names()
     built = model_of(plant, changes)
@@ -69,15 +69,17 @@ def evaluate(
 
 
 def _rate(
-    name: str, controllers: Sequence[str], *, leaderboard: bool, plot: Path | None, as_json: bool
+    name: str, controllers: Sequence[str] | None, *, leaderboard: bool, plot: Path | None, as_json: bool
 ) -> None:
     """Rate controllers on a problem, beside its passive references."""
+    import agents
     from agents import problems
     from agents.problems.rating_plots import plot_ratings
     from agents.problems.table import COLUMNS, markdown, row
 
     todo = problems.problem(name)
-    loaded = controllers_named(controllers)
+    chosen = agents.shipped_names(name) if controllers is None else controllers
+    loaded = controllers_named([kind for kind in chosen if kind != "passive"], name)
     done = []
     with Console(stderr=True).status("rating") as status:
         for damped in (False, True):

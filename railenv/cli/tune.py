@@ -19,21 +19,30 @@ def tune(
     *,
     kind: Annotated[str, typer.Argument(help="passive, yaw-rate, lqg, output-feedback, lqr, ...")],
     file: Annotated[Path, typer.Option("--out", help="File to write the controller to (npz).")],
+    problem: Annotated[
+        str | None, typer.Option(help="Problem of railenv evaluate, in place of a vehicle.")
+    ] = None,
     plant: ControlledVehicleOptions,
     changes: SetOption = None,
 ) -> None:
-    """Design and tune a controller for a vehicle, as the shipped ones were for the coach."""
-    _tune(kind, model_of(plant, changes), file, out)
+    """Design and tune a controller for a vehicle or a problem, as the shipped ones were."""
+    if problem is None:
+        _tune(kind, None, model_of(plant, changes), file, out)
+    else:
+        from agents import problems
+
+        _tune(kind, problem, problems.problem(problem).model(), file, out)
 
 
-def _tune(kind: str, model: Model, out: Path, console: Console) -> None:
+def _tune(kind: str, problem: str | None, model: Model, out: Path, console: Console) -> None:
     """Design a controller of a kind as the shipped one was, and write it."""
     import agents
-    from agents.learning.designs import DESIGNS
+    from agents.learning.designs import DESIGNS, PROBLEM_DESIGNS
 
-    checks.known("kind of controller", [kind], list(DESIGNS))
+    designs = DESIGNS if problem is None else PROBLEM_DESIGNS.get(problem, {})
+    checks.known("kind of controller", [kind], list(designs))
     equipped = agents.equipped(model)
-    with console.status(f"designing {kind} for {equipped.vehicle_name}"):
-        controller = DESIGNS[kind](equipped)
+    with console.status(f"designing {kind} for {problem or equipped.vehicle_name}"):
+        controller = designs[kind](equipped)
     controller.save(out)
     console.print(f"wrote {out}", markup=False, highlight=False)

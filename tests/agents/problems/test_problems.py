@@ -13,6 +13,7 @@ import design
 from agents.problems import (
     PROBLEMS,
     PrimaryDamper,
+    Rating,
     YawDamper,
     problem,
     rate,
@@ -127,6 +128,11 @@ def test_a_passive_vehicle_neither_commands_nor_fails(quick):
 def test_ratings_are_kept_as_json_and_told_as_tables_and_pictures(rated):
     data = json.loads(json.dumps(rated.summary(), allow_nan=False))
     assert (data["problem"], data["robust"]) == (BOGIE.name, rated.robust)
+    again = Rating.from_summary(data)
+    assert again.summary() == rated.summary()
+    assert row(again) == row(rated)
+    with pytest.raises(ParameterError, match="no rating of the layout"):
+        Rating.from_summary({**data, "schema": "railenv rating 0"})
     assert len(row(rated)) == len(COLUMNS)
     assert markdown([rated]).count("\n") == 3
     drawn = rated.plot()

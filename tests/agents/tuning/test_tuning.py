@@ -103,6 +103,20 @@ def test_output_feedback_is_tuned_beyond_the_passive_robust_speed(coach):
         agents.tune_output_feedback(coach, goal=goal, start=290.0, iterations=1)
 
 
+def test_a_tuning_goes_on_from_given_gains(coach):
+    goal = Goal(vehicles=({},), speeds=(20.0, 90.0))
+    given = {"goal": goal, "nodes": (20.0, 100.0), "start": 100.0, "highest": 100.0}
+    first = agents.tune_output_feedback(coach, iterations=20, **given)
+    gains = first.controller.about["gains"]
+    again = agents.tune_output_feedback(coach, iterations=1, begin=gains, **given)
+    assert again.evaluations < first.evaluations / 2
+    anew = agents.tune_output_feedback(coach, iterations=1, **given)
+    loops = [design.closed_loop(coach, t.controller, speed=100.0) for t in (again, anew)]
+    assert loops[0].growth < loops[1].growth
+    with pytest.raises(ParameterError, match=r"begin has shape \(2, 4\); it must be \(2, 1, 4\)"):
+        agents.tune_output_feedback(coach, begin=np.zeros((2, 4)), **given)
+
+
 def test_actuated_wheelsets_are_tuned_beyond_what_a_moment_on_the_frame_can_reach():
     """On worn wheels a mode at 20 Hz grows from 129 m/s on, which the frame hardly moves."""
     bogie = railenv.Bogie(railenv.HIGH_SPEED_COACH_HOLLOW)

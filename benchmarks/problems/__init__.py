@@ -1,0 +1,1 @@
+"""Ratings of the shipped controllers on all problems."""
