@@ -1,7 +1,7 @@
 """Write the tables and pictures of docs/problems.md: ``python docs/make_problems.py``.
 
-They are made from docs/problems.json, which ``python -m benchmarks.problems.run`` measures, and from the
-problems themselves. The text around them is edited in the page.
+They are made from docs/problems.json, which ``python -m benchmarks.problems.run`` measures, and from
+the problems themselves. The text around them is edited in the page.
 """
 
 from __future__ import annotations
@@ -23,19 +23,12 @@ PAGE, DATA, PICTURES = DOCS / "problems.md", DOCS / "problems.json", DOCS / "pic
 
 def asked() -> str:
     """Return the table of the problems."""
-    rows = [
-        [
-            f"`{one.name}`",
-            one.asks,
-            ", ".join(f"`{name}`" for name in one.model().command_names),
-            ", ".join(f"`{name}`" for name in one.sensed),
-            ", ".join(
-                f"{name.replace('_', ' ')} {a:g} to {b:g}" for name, (a, b) in one.ranges.items()
-            ),
-            str(one.damper),
-        ]
-        for one in PROBLEMS
-    ]
+    rows = []
+    for one in PROBLEMS:
+        ranges = (f"{name.replace('_', ' ')} {a:g} to {b:g}" for name, (a, b) in one.ranges.items())
+        commands, sensed = one.model().command_names, one.sensed
+        told = [", ".join(f"`{name}`" for name in names) for names in (commands, sensed)]
+        rows.append([f"`{one.name}`", one.asks, *told, ", ".join(ranges), str(one.damper)])
     head = ["problem", "what is asked", "commands", "sensors on", "varies", "best passive damper"]
     return table(head, rows, len(head))
 
@@ -62,12 +55,14 @@ def _held(modes: list[dict[str, Any]]) -> list[str]:
     if not modes:
         return []
     told = "; ".join(
-        f"{mode['frequency']:.1f} Hz, growing at {mode['growth']:.2f} 1/s: {1e3 * mode['amplitude']:.2g} mm"
+        f"{mode['frequency']:.1f} Hz, growing at {mode['growth']:.2f} 1/s: "
+        f"{1e3 * mode['amplitude']:.2g} mm"
         for mode in modes
     )
     return [
-        f"On the most worn wheels at {modes[0]['speed']:.0f} m/s, 1.25 times what the best passive damper "
-        f"reaches, the actuators can at most bring back (lateral amplitude of a wheelset): {told}."
+        f"On the most worn wheels at {modes[0]['speed']:.0f} m/s, 1.25 times what the best passive "
+        "damper reaches, the actuators can at most bring back (lateral amplitude of a wheelset): "
+        f"{told}."
     ]
 
 
