@@ -8,6 +8,7 @@ Stable-Baselines3 (extra ``rl``). The name ``agents`` is used by other distribut
 ``__distribution__`` tells this one.
 """
 
+from agents.controllers.adaptive import AdaptiveLQG
 from agents.controllers.controller import Controller, equipped
 from agents.controllers.learned import LearnedPolicy
 from agents.controllers.load import load
@@ -35,6 +36,7 @@ __distribution__ = "railenv"
 __all__ = [
     "LQG",
     "LQR",
+    "AdaptiveLQG",
     "Aim",
     "Case",
     "Controller",

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from os import PathLike
 
+from agents.controllers.adaptive import AdaptiveLQG
 from agents.controllers.files import ControllerFile, read, restored
 from agents.controllers.learned import LearnedPolicy
 from agents.controllers.linear_kinds import LINEAR
 from agents.controllers.scheduled import ScheduledController
 
-_KINDS: list[type[ScheduledController] | type[LearnedPolicy]] = sorted(
-    (*LINEAR, LearnedPolicy), key=lambda kind: kind.__name__
+Loaded = ScheduledController | LearnedPolicy | AdaptiveLQG
+"""What files hold."""
+
+_KINDS: list[type[ScheduledController] | type[LearnedPolicy] | type[AdaptiveLQG]] = sorted(
+    (*LINEAR, LearnedPolicy, AdaptiveLQG), key=lambda kind: kind.__name__
 )
 
 
-def load(path: str | PathLike[str]) -> ScheduledController | LearnedPolicy:
+def load(path: str | PathLike[str]) -> Loaded:
     """Read a controller from the file that its ``save`` wrote; nothing in it is executed.
 
     Raises
@@ -27,6 +31,6 @@ def load(path: str | PathLike[str]) -> ScheduledController | LearnedPolicy:
     return controller_of(read(path), str(path))
 
 
-def controller_of(content: ControllerFile, where: str) -> ScheduledController | LearnedPolicy:
+def controller_of(content: ControllerFile, where: str) -> Loaded:
     """Return the controller that a file's content describes; ``where`` names it in errors."""
     return restored(content, _KINDS, where)

@@ -212,6 +212,11 @@ class ScheduledController(Controller):
         self.advance(shares)
         return shares
 
+    @property
+    def state(self) -> Array:
+        """States of each vehicle's controller, shape (count, n)."""
+        return self._z
+
     def propose(self, observation: Floats) -> Floats:
         """Return what the law asks for, as shares of the limit and not yet limited.
 

@@ -9,9 +9,7 @@ from __future__ import annotations
 from importlib import resources
 from pathlib import Path
 
-from agents.controllers.learned import LearnedPolicy
-from agents.controllers.load import load
-from agents.controllers.scheduled import ScheduledController
+from agents.controllers.load import Loaded, load
 from railenv import HIGH_SPEED_COACH_HOLLOW, Bogie, Equipped, checks
 
 NAMES = (
@@ -50,7 +48,7 @@ def shipped_names(problem: str = FIRST) -> list[str]:
     return [*(n for n in NAMES if n in present), *sorted(present - set(NAMES))]
 
 
-def shipped(name: str, problem: str = FIRST) -> ScheduledController | LearnedPolicy:
+def shipped(name: str, problem: str = FIRST) -> Loaded:
     """Return a shipped controller.
 
     Parameters

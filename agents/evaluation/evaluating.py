@@ -12,7 +12,7 @@ import numpy as np
 import design
 from agents.controllers.controller import Controller, equipped
 from agents.evaluation.evaluation import CurveResult, Evaluation, Plan
-from agents.evaluation.growth import growth_rates
+from agents.evaluation.growth import measured_critical_speed
 from agents.evaluation.nonlinear import Place, disturbed_critical_speed, ramp_down
 from agents.evaluation.rollout import Case, Rollout, Track
 from design.loop.feedback import Feedback
@@ -131,7 +131,11 @@ class _Evaluator:
     ) -> tuple[float | None, str, float | None]:
         """Return linear critical speed, loss and frequency."""
         if not isinstance(self.controller, Feedback):
-            return self._measured(model, radius, cant)
+            limits = self.plan.speed_range
+            speed, how = measured_critical_speed(
+                model, self.controller, limits, radius=radius, cant=cant
+            )
+            return speed, how, None
         low, top = self.plan.speed_range
         loss = "none"
         while top > low:
@@ -150,29 +154,6 @@ class _Evaluator:
                 return top, loss, None
             return found.speed, found.loss, found.frequency
         return None, "end", None
-
-    def _measured(
-        self, model: Equipped, radius: float, cant: float
-    ) -> tuple[float | None, str, float | None]:
-        """Return the speed up to which small motions decay in the environment, refined in rounds."""
-        low, high = self.plan.speed_range
-        speeds = np.geomspace(low, high, 32)
-        for _ in range(3):
-            try:
-                rates = growth_rates(model, self.controller, speeds.tolist(), radius=radius, cant=cant)
-            except EquilibriumError:
-                speeds = np.linspace(speeds[0], speeds[-1] * 0.9, len(speeds))
-                continue
-            growing = np.flatnonzero(rates >= 0.0)
-            if not len(growing):
-                return float(speeds[-1]), "none", None
-            k = int(growing[0])
-            if k == 0:
-                return None, "unstable at start", None
-            share = -rates[k - 1] / (rates[k] - rates[k - 1])
-            result = float(speeds[k - 1] + share * (speeds[k] - speeds[k - 1]))
-            speeds = np.linspace(speeds[k - 1], speeds[k], len(speeds))
-        return result, "hunting", None
 
     def _at_frictions(self, radius: float, cant: float) -> dict[str, float | None]:
         """Return the disturbed critical speed at other coefficients of friction, if there is such."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,12 +13,14 @@ import design
 from agents.controllers.controller import Controller, equipped
 from agents.evaluation.rollout import Case, Rollout
 from railenv import Equipped, Model
-from railenv.errors import ParameterError
+from railenv.errors import EquilibriumError, ParameterError
 
 Array = NDArray[np.float64]
 
 SMALL = 1e-6
 """m, the offset of all bodies from which motions grow or decay; far below the width of any kink."""
+
+_OVER = 1e-6  # of the offset, where a motion has died out
 
 
 def linear_growth_rates(model: Model, controller: Any, speeds: Sequence[float]) -> Array:
@@ -82,7 +84,70 @@ def growth_rates(
     windows = np.array_split(values, 8)
     size = np.array([np.sqrt((w**2).mean(axis=(0, 2))) for w in windows])
     middle = (np.arange(8) + 0.5) * (duration / 2.0) / 8
-    return np.asarray(np.polyfit(middle, np.log(np.maximum(size, 1e-300)), 1)[0])
+    size = np.maximum(size, 1e-300)
+    rates = np.polyfit(middle, np.log(size), 1)[0]
+    # what has sunk into rounding errors has decayed, whatever these do
+    return np.where(size[-1] < _OVER * SMALL, np.log(size[-1] / SMALL) / duration, rates)
+
+
+class MeasuredCriticalSpeed(NamedTuple):
+    """Up to where small motions decay in the environment.
+
+    Attributes
+    ----------
+    speed : float or None
+        m/s; None if they grow at the lowest speed, the highest speed looked at if they never do.
+    loss : {"hunting", "none", "unstable at start"}
+    """
+
+    speed: float | None
+    loss: str
+
+
+def measured_critical_speed(
+    model: Equipped,
+    controller: Controller,
+    speed_range: tuple[float, float],
+    *,
+    radius: float = math.inf,
+    cant: float = 0.0,
+    vehicle: Mapping[str, float] | None = None,
+) -> MeasuredCriticalSpeed:
+    """Find up to where small motions decay in the environment, refined in rounds.
+
+    For controllers that have no linearisation.
+
+    Parameters
+    ----------
+    model : Equipped
+    controller : Controller
+    speed_range : (float, float)
+        m/s.
+    radius, cant : float
+        m, rad.
+    vehicle : mapping, optional
+        Changes of the vehicle.
+    """
+    speeds = np.geomspace(*speed_range, 32)
+    result = float(speed_range[1])
+    for _ in range(3):
+        try:
+            rates = growth_rates(
+                model, controller, speeds.tolist(), radius=radius, cant=cant, vehicle=vehicle
+            )
+        except EquilibriumError:
+            speeds = np.linspace(speeds[0], speeds[-1] * 0.9, len(speeds))
+            continue
+        growing = np.flatnonzero(rates >= 0.0)
+        if not len(growing):
+            return MeasuredCriticalSpeed(float(speeds[-1]), "none")
+        k = int(growing[0])
+        if k == 0:
+            return MeasuredCriticalSpeed(None, "unstable at start")
+        share = -rates[k - 1] / (rates[k] - rates[k - 1])
+        result = float(speeds[k - 1] + share * (speeds[k] - speeds[k - 1]))
+        speeds = np.linspace(speeds[k - 1], speeds[k], len(speeds))
+    return MeasuredCriticalSpeed(result, "hunting")
 
 
 def simulated_critical_speed(

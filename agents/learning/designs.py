@@ -6,16 +6,18 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from agents.controllers.adaptive import AdaptiveLQG
 from agents.controllers.controller import Controller
 from agents.controllers.lqr import LQR
 from agents.controllers.output_feedback import Filters
 from agents.controllers.passive import Passive
 from agents.controllers.scheduled import ScheduledController
+from agents.controllers.service import vehicles_of_service
 from agents.controllers.shipped import FIRST, shipped
 from agents.learning.policy_search import search_policy
 from agents.tuning.tuning import tune_lqg, tune_yaw_rate
 from agents.tuning.tuning_gradient import Goal, tune_output_feedback
-from design.linear.regulator import Weights
+from design.linear.regulator import Disturbances, Weights
 from railenv import Equipped
 
 SCHEDULE = tuple(float(v) for v in range(20, 241, 20))
@@ -77,25 +79,38 @@ def _two_wheelsets(model: Equipped) -> Controller:
 
 def _all_three(model: Equipped) -> Controller:
     """Tune on from what actuators at the wheelsets do by themselves."""
-    alone = np.array(shipped("output-feedback", "bogie-primary-v1").about["gains"])
+    wheelsets = shipped("output-feedback", "bogie-primary-v1")
+    assert isinstance(wheelsets, ScheduledController)
+    alone = np.array(wheelsets.about["gains"])
     nodes, _, terms = alone.shape
     begin = np.concatenate([alone, np.zeros((nodes, 1, terms))], axis=1)
     return tune_output_feedback(
         model,
         filters=_FAST,
-        nodes=(20.0, 60.0, 100.0, 140.0, 180.0, 220.0),
+        nodes=wheelsets.law.speeds.tolist(),
         begin=begin,
-        start=220.0,
+        start=200.0,
         step=10.0,
         highest=260.0,
         iterations=150,
     ).controller
 
 
+def _adaptive(model: Equipped) -> Controller:
+    """Design a bank over conicity and creep coefficients."""
+    vehicles = vehicles_of_service(model, (0.05, 0.15, 0.4), (0.6, 1.4), (0.0, 0.5, 1.0))
+    return AdaptiveLQG.design(
+        model,
+        speeds=[float(v) for v in range(20, 181, 20)],
+        vehicles=vehicles,
+        disturbances=Disturbances(alignment=5e-4),
+    )
+
+
 PROBLEM_DESIGNS: Mapping[str, Mapping[str, Design]] = {
-    FIRST: DESIGNS,
+    FIRST: {**DESIGNS, "adaptive-lqg": _adaptive},
     "bogie-primary-v1": {"output-feedback": _at_wheelsets},
     "bogie-both-v1": {"output-feedback": _all_three},
     "dual-wheelset-v1": {"output-feedback": _two_wheelsets},
 }
-"""How the controllers are designed that are shipped for each problem."""
+"""How controllers are designed for each problem; what takes long is shipped, too."""

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 import design
 from agents.controllers.controller import Controller, Floats
 from agents.controllers.passive import Passive
+from agents.evaluation.growth import measured_critical_speed
 from agents.evaluation.nonlinear import Place, disturbed_critical_speed
 from agents.evaluation.rollout import Case, Rollout, Track
 from agents.problems.problem import Problem
@@ -101,9 +102,14 @@ class _Rater:
 
     def losses(self) -> list[Loss]:
         """Return how the vehicles at the corners of the ranges, and the nominal one, lose stability."""
-        if not isinstance(self.controller, Feedback):
-            return []
-        return [self._loss(changes) for changes in ({}, *self.ends())]
+        how = self._loss if isinstance(self.controller, Feedback) else self._measured
+        return [how(changes) for changes in ({}, *self.ends())]
+
+    def _measured(self, changes: Mapping[str, float]) -> Loss:
+        """Return how a vehicle loses stability under a controller that has no linearisation."""
+        limits = self.problem.speed_range
+        found = measured_critical_speed(self.model, self.controller, limits, vehicle=changes)
+        return Loss(changes, found.speed, found.loss, None)
 
     def _loss(self, changes: Mapping[str, float]) -> Loss:
         model = self.model.replace(**changes) if changes else self.model
@@ -122,9 +128,12 @@ class _Rater:
         return Loss(changes, None, "end", None)
 
     def robust(self, model: Equipped) -> tuple[float | None, dict[str, float]]:
-        """Return the robust critical speed and the vehicle that sets it."""
+        """Return the robust critical speed and the vehicle that sets it.
+
+        Without a linearisation it is the worst of the vehicles at the ends of the ranges.
+        """
         if not isinstance(self.controller, Feedback):
-            return None, {}
+            return self._worst_measured(model)
         found = design.robust_critical_speed(
             model,
             self.controller,
@@ -133,6 +142,11 @@ class _Rater:
             samples=_SAMPLES,
         )
         return found.speed, dict(found.worst)
+
+    def _worst_measured(self, model: Equipped) -> tuple[float | None, dict[str, float]]:
+        losses = _Rater(self.problem, model, self.controller).losses()[1:]
+        worst = min(losses, key=lambda loss: loss.speed or 0.0)
+        return worst.speed, dict(worst.vehicle)
 
     def nonlinear(self) -> dict[str, float | None]:
         """Return up to where an offset dies out, of the nominal vehicle and those at the ends."""

@@ -110,7 +110,7 @@ class Failures:
         Robust critical speed (m/s) of the vehicle when all actuators do nothing.
     doubled_delay : float or None
         Robust critical speed with twice the transport delay; None if there is none, or the controller
-        has no linearisation.
+        reads the state, which has the commands on their way in it.
     frozen : float
         Running rms of the guiding forces, as a share of EN 14363's limit, in the last part of a run in
         which all sensors stand still from 2 s on, at the first ride speed; the worst of new and worn.
@@ -152,8 +152,9 @@ class Rating:
     losses : tuple of Loss
         Of the vehicles at the corners and the middle of the ranges.
     robust : float or None
-        Robust critical speed over the ranges; None if some vehicle is unstable at the lowest speed, or
-        the controller has no linearisation.
+        Robust critical speed over the ranges; None if some vehicle is unstable at the lowest speed. Of
+        a controller without linearisation, the worst of the vehicles at the ends, measured in the
+        environment.
     worst : mapping of str to float
         The vehicle that sets it.
     nonlinear : mapping of str to (float or None)

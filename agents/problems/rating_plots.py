@@ -27,15 +27,16 @@ def plot_ratings(ratings: Sequence[Rating], ax: Axes | None = None) -> control.C
             [rating.robust or 0.0 for rating in rows],
             height=0.5,
             color=SERIES[0],
-            label="every vehicle stable up to here",
+            label="all vehicles stable",
         )
         for row, rating in enumerate(rows):
             speeds = [loss.speed or 0.0 for loss in rating.losses]
-            label = "one vehicle (new to worn, low to high creep)" if row == 0 else None
+            label = "each vehicle looked at" if row == 0 else None
             ax.plot(speeds, [row] * len(speeds), "|", color=STABLE, ms=11, mew=1.6, label=label)
         ax.set_yticks(range(len(rows)), [rating.controller for rating in rows])
+        ax.set_ylim(-0.5 - 0.3 * len(rows) ** 0.5, len(rows) - 0.5)
         ax.set_xlim(0.0, 1.02 * max(rating.highest_speed for rating in ratings))
         ax.set_xlabel("linear critical speed (m/s)")
         ax.set_title(ratings[0].problem)
-        ax.legend(loc="upper center", bbox_to_anchor=(0.4, -0.35 + 0.02 * len(rows)), ncols=2)
+        ax.legend(loc="lower right")
         return drawn_on(ax)

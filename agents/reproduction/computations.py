@@ -7,9 +7,7 @@ from typing import Any
 
 from agents.controllers.controller import equipped
 from agents.controllers.files import ControllerFile
-from agents.controllers.learned import LearnedPolicy
-from agents.controllers.load import controller_of
-from agents.controllers.scheduled import ScheduledController
+from agents.controllers.load import Loaded, controller_of
 from agents.evaluation.diagram import closed_loop_diagram
 from agents.evaluation.evaluating import evaluate
 from agents.evaluation.evaluation import Plan
@@ -20,17 +18,14 @@ from railenv import HIGH_SPEED_COACH_HOLLOW, Bogie
 CASE = Case("bogie", HIGH_SPEED_COACH_HOLLOW)
 """The vehicle that the shipped controllers are for."""
 
-Stored = ScheduledController | LearnedPolicy
-"""Controllers that files hold."""
 
-
-def plain(controller: Stored) -> dict[str, Any]:
+def plain(controller: Loaded) -> dict[str, Any]:
     """Return all that a controller is as plain data and arrays."""
     content = controller.to_file()
     return {"kind": content.kind, "header": content.header, "arrays": content.arrays}
 
 
-def _made(name: str, content: Mapping[str, Any]) -> Stored:
+def _made(name: str, content: Mapping[str, Any]) -> Loaded:
     return controller_of(ControllerFile(**content), f"the controller {name}")
 
 

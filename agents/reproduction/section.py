@@ -12,12 +12,13 @@ import numpy as np
 from markupsafe import Markup
 
 import agents
+from agents.controllers.load import Loaded
 from agents.evaluation.diagram import ClosedLoopDiagram
 from agents.evaluation.evaluation import Evaluation, Plan
 from agents.evaluation.leaderboard import columns, ordered, row
 from agents.reproduction import computations, figures, words
 from agents.reproduction import data as tables
-from agents.reproduction.computations import CASE, Stored
+from agents.reproduction.computations import CASE
 from agents.reproduction.words import PASSIVE
 from design.reproduction import DataTable, Drawing, Piece, Section, Settings, pieces
 from design.reproduction.document import fragment
@@ -52,7 +53,7 @@ class HopfPush(Section):
     title = "Beyond the paper: pushing the Hopf point by control"
 
     def __init__(
-        self, settings: Settings, plan: Plan, controllers: Mapping[str, Stored] | None = None
+        self, settings: Settings, plan: Plan, controllers: Mapping[str, Loaded] | None = None
     ) -> None:
         if controllers is None:
             controllers = {name: agents.shipped(name) for name in agents.shipped_names()}

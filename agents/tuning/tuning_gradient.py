@@ -39,6 +39,8 @@ _ACCELERATION, _YAW_RATE = 0.4, 4.0
 _SHARPNESS = 4.0  # s, of the soft maximum of decay rates
 _TOP = 4  # slowest modes of each plant that count
 _FLOOR = 1e-12
+_DEFECTIVE = 1e7  # share of a state in a mode, where eigenvalues meet and have no derivative
+_LARGEST = 1e60  # entry of a left eigenvector, in whatever unit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,6 +114,20 @@ class _Gains:
         return gains.ravel()
 
 
+def _inverses(right: Array) -> Array:
+    """Return the left eigenvectors of matrices; infinities where right ones are not independent."""
+    try:
+        return np.asarray(np.linalg.inv(right))
+    except np.linalg.LinAlgError:
+        found = np.full_like(right, np.inf)
+        for k, vectors in enumerate(right):
+            try:
+                found[k] = np.linalg.inv(vectors)
+            except np.linalg.LinAlgError:
+                continue
+        return found
+
+
 def _usual(term: Term) -> float:
     """Return a usual gain of a term, as a share of the limit per m/s^2 or rad/s."""
     unit = _ACCELERATION if term.signal.startswith("accel_") else _YAW_RATE
@@ -148,12 +164,15 @@ class _Objective:
         M[:, : self.n] += self.family.B @ (gains @ self.rows)
         values, right = np.linalg.eig(M)
         order = np.argsort(-np.abs(values), axis=1)[:, :_TOP]
-        left = np.linalg.inv(right)
+        left = _inverses(right)
         mu = np.take_along_axis(values, order, 1)
         v = np.take_along_axis(right, order[:, None, :], 2)  # (q, z, top)
-        w = np.take_along_axis(left, order[:, :, None], 1)[:, :, : self.n]  # (q, top, n)
-        into = (w @ self.family.B) / mu[:, :, None]  # (q, top, m)
+        w = np.take_along_axis(left, order[:, :, None], 1)  # (q, top, z)
+        into = (w[:, :, : self.n] @ self.family.B) / mu[:, :, None]  # (q, top, m)
         slope = np.einsum("qam,qta->qamt", into, self.rows @ v)
+        # where eigenvalues meet, inverses are of no use, however large they are in a state alone
+        shares = np.abs(w * v.swapaxes(1, 2)).max(axis=2)
+        slope[~((shares < _DEFECTIVE) & (np.abs(w).max(axis=2) < _LARGEST))] = 0.0
         rates = np.log(np.maximum(np.abs(mu), _FLOOR)) / period
         return rates, slope.real / period
 

@@ -1,4 +1,4 @@
-"""Rate passive vehicles and shipped controllers on all problems: ``python -m benchmarks.problems.run``.
+"""Rate passive vehicles and controllers on all problems: ``python -m benchmarks.problems.run``.
 
 Writes docs/problems.json after every rating and leaves out what is there already, so that it can be
 interrupted and goes on where it was. ``docs/make_problems.py`` makes the page of it.
@@ -17,6 +17,7 @@ from rich.console import Console
 
 import agents
 import design
+from agents.learning.designs import PROBLEM_DESIGNS
 from agents.problems import PROBLEMS, Problem, Rating, rate, rate_passive
 from railenv import checks
 from railenv.files import write_whole
@@ -34,14 +35,19 @@ def rated(problem: Problem) -> Mapping[str, Callable[[], Rating]]:
         bare: partial(rate_passive, problem, damped=False, name=bare),
         damped: partial(rate_passive, problem, damped=True, name=damped),
     }
-    for kind in agents.shipped_names(problem.name):
+    for kind in PROBLEM_DESIGNS.get(problem.name, {}):
         if kind != "passive":
-            makers[kind] = partial(_shipped, problem, kind)
+            makers[kind] = partial(_controlled, problem, kind)
     return makers
 
 
-def _shipped(problem: Problem, kind: str) -> Rating:
-    return rate(agents.shipped(kind, problem.name), problem, name=kind)
+def _controlled(problem: Problem, kind: str) -> Rating:
+    """Rate a controller: the shipped one, or else one that is designed now."""
+    if kind in agents.shipped_names(problem.name):
+        controller: agents.Controller = agents.shipped(kind, problem.name)
+    else:
+        controller = PROBLEM_DESIGNS[problem.name][kind](problem.model())
+    return rate(controller, problem, name=kind)
 
 
 def recoverable(problem: Problem, passive: float) -> list[dict[str, Any]]:

@@ -302,13 +302,7 @@ def kalman(
     prompt = lateral_model(model, speed=speed, period=period, sensors=True, delay=0.0)
     G[: prompt.nstates, r : r + m] = d.moment * model.limits * prompt.B  # comes without delay
     G[n:, r + m :] = np.diag(drift)
-    noise = np.tile(
-        [
-            _noise(d.accelerometer, model.sensors.accelerometer_noise),
-            _noise(d.gyro, model.sensors.gyro_noise),
-        ],
-        p // 2,
-    )
+    noise = sensor_noise(model, d)
     scaled = A * scale / scale[:, None]
     seen = C * scale / noise[:, None]
     floor = _REGULARIZATION * np.eye(n + p)
@@ -316,6 +310,13 @@ def kalman(
     _, P, _ = control.dlqe(scaled, np.eye(n + p), seen, Q, np.eye(p), method="scipy")
     gain = P @ seen.T @ np.linalg.inv(seen @ P @ seen.T + np.eye(p))
     return Observer(float(speed), A, B, C, scale[:, None] * gain / noise, system)
+
+
+def sensor_noise(model: Equipped, disturbances: Disturbances) -> Array:
+    """Return the noise that a filter reckons with in each reading, in the order of the sensors."""
+    d, s = disturbances, model.sensors
+    pair = [_noise(d.accelerometer, s.accelerometer_noise), _noise(d.gyro, s.gyro_noise)]
+    return np.tile(pair, len(model.sensor_names) // 2)
 
 
 def _noise(given: float | None, own: float) -> float:

