@@ -278,6 +278,16 @@ def test_stations_and_rooms_of_the_diagrams_exist():
             assert path.is_dir() or path.with_suffix(".py").exists(), path
 
 
+def test_tables_of_the_problems_are_those_rated():
+    make_problems = script("make_problems")
+    found = json.loads((DOCS / "problems.json").read_text(encoding="utf-8"))
+    page = text("problems.md")
+    assert make_problems.rated(found) in page
+    for one in make_problems.PROBLEMS[:4]:  # the others' wear takes a while
+        assert f"| `{one.name}` | {one.asks} |" in page
+        assert str(one.damper) in page
+
+
 def test_tables_of_the_tasks_are_those_measured():
     make_tasks = script("make_tasks")
     found = json.loads(text("tasks.json"))
