@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import qmc
 
 import design
 from agents.controllers.controller import Controller, Floats
@@ -36,7 +37,7 @@ DEFICIENCY = 0.150
 
 _SECONDS, _FREEZES = 12.0, 2.0  # of the runs on irregular track
 _SETTLED = 2.0  # s, left out of means
-_SAMPLES = 12  # of the robust critical speed
+_SAMPLES = 12  # vehicles within the ranges, of the robust critical speed
 _NADAL, _UNLOADING, _INSTABILITY = map(TERM_NAMES.index, ("nadal", "unloading", "instability"))
 
 
@@ -130,7 +131,8 @@ class _Rater:
     def robust(self, model: Equipped) -> tuple[float | None, dict[str, float]]:
         """Return the robust critical speed and the vehicle that sets it.
 
-        Without a linearisation it is the worst of the vehicles at the ends of the ranges.
+        Without a linearisation it is the worst of the vehicles at the ends of the ranges and of some
+        within, measured in the environment.
         """
         if not isinstance(self.controller, Feedback):
             return self._worst_measured(model)
@@ -144,9 +146,18 @@ class _Rater:
         return found.speed, dict(found.worst)
 
     def _worst_measured(self, model: Equipped) -> tuple[float | None, dict[str, float]]:
-        losses = _Rater(self.problem, model, self.controller).losses()[1:]
+        rater = _Rater(self.problem, model, self.controller)
+        losses = [rater._measured(changes) for changes in (*self.ends(), *self.within())]
         worst = min(losses, key=lambda loss: loss.speed or 0.0)
         return worst.speed, dict(worst.vehicle)
+
+    def within(self) -> list[dict[str, float]]:
+        """Return some vehicles within the ranges, always the same, evenly spread."""
+        ranges = self.problem.ranges
+        low, high = np.array(list(ranges.values())).T
+        points = qmc.Halton(len(ranges), scramble=False).random(_SAMPLES + 1)[1:]
+        values = (low + (high - low) * points).tolist()
+        return [dict(zip(ranges, one, strict=True)) for one in values]
 
     def nonlinear(self) -> dict[str, float | None]:
         """Return up to where an offset dies out, of the nominal vehicle and those at the ends."""

@@ -153,8 +153,8 @@ class Rating:
         Of the vehicles at the corners and the middle of the ranges.
     robust : float or None
         Robust critical speed over the ranges; None if some vehicle is unstable at the lowest speed. Of
-        a controller without linearisation, the worst of the vehicles at the ends, measured in the
-        environment.
+        a controller without linearisation, the worst of some vehicles at the ends of the ranges and
+        within, measured in the environment.
     worst : mapping of str to float
         The vehicle that sets it.
     nonlinear : mapping of str to (float or None)
