@@ -139,16 +139,6 @@ def equipped(model: Model) -> Equipped:
     return Equipped(model)
 
 
-def check_single_actuator(model: Equipped, what: str) -> None:
-    """Raise ParameterError unless a model has a single yaw actuator; ``what`` needs it."""
-    mounts = model.equipment.mounts
-    if len(mounts) != 1 or mounts[0].acts != "yaw":
-        kinds = ", ".join(f"{m.name} ({m.acts})" for m in mounts)
-        raise ParameterError(
-            f"{model.name} has the actuators {kinds or 'none'}; {what} needs a single yaw actuator"
-        )
-
-
 def sensed_bodies(model: Equipped, what: str) -> list[str]:
     """Return for each yaw actuator the body whose sensors tell what it damps.
 

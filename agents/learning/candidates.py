@@ -32,7 +32,7 @@ class Population(Controller):
         settings = frame.memory
         self.memory = Memory(settings, frame.readings, frame.commands, frame.period, frame.base)
         self.period = frame.period
-        self._gains = gains  # (candidates, inputs)
+        self._gains = gains  # (candidates, commands, inputs)
         self._authority = frame.authority
 
     def reset(self, count: int | None = None) -> None:
@@ -48,8 +48,9 @@ class Population(Controller):
         """Return every candidate's commands for its vehicles."""
         x = self.inputs(observation)
         grouped = x.reshape(len(self._gains), -1, x.shape[1])
-        learned = np.clip(np.einsum("cri,ci->cr", grouped, self._gains), -1.0, 1.0)
-        shares = np.clip(self.memory.demand + self._authority * learned.reshape(-1, 1), -1.0, 1.0)
+        learned = np.clip(grouped @ self._gains.swapaxes(1, 2), -1.0, 1.0)
+        added = self._authority * learned.reshape(len(x), -1)
+        shares = np.clip(self.memory.demand + added, -1.0, 1.0)
         self.memory.advance(shares)
         return shares
 
@@ -60,7 +61,6 @@ class Candidates:
     Parameters
     ----------
     model : Equipped
-        With a single actuator.
     base : ScheduledController
     lessons : Lessons
     memory : MemorySettings
@@ -119,21 +119,23 @@ class Candidates:
     @property
     def dimension(self) -> int:
         """Number of weights."""
-        return len(self._used)
+        return len(self._used) * len(self.model.command_names)
 
     def _gains(self, weights: Array) -> Array:
-        gains = np.zeros((len(weights), len(self._signs)))
-        gains[:, self._used] = weights / self._scale[self._used]
+        """Return the gains of some candidates, shape (candidates, commands, inputs)."""
+        shape = (len(weights), len(self.model.command_names))
+        gains = np.zeros((*shape, len(self._signs)))
+        gains[:, :, self._used] = weights.reshape(*shape, -1) / self._scale[self._used]
         for slowest, others in self._groups:
-            gains[:, slowest] = -gains[:, others].sum(axis=1)
+            gains[:, :, slowest] = -gains[:, :, others].sum(axis=2)
         return gains / self.authority
 
     def policy(self, weights: Array, about: Mapping[str, Any]) -> LearnedPolicy:
         """Return weights as a policy."""
         width = len(self._signs)
         network = Network(
-            weights=(self._gains(weights[None]),),
-            biases=(np.zeros(1),),
+            weights=(self._gains(weights[None])[0],),
+            biases=(np.zeros(len(self.model.command_names)),),
             activation="tanh",
             squash="none",
             normalization=Normalization(np.zeros(width), np.ones(width), 1e6),

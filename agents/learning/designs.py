@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from agents.controllers.lqr import LQR
 from agents.controllers.output_feedback import Filters
 from agents.controllers.passive import Passive
 from agents.controllers.scheduled import ScheduledController
-from agents.controllers.service import vehicles_of_service
+from agents.controllers.service import CONICITIES, vehicles_of_service
 from agents.controllers.shipped import FIRST, shipped
 from agents.learning.policy_search import search_policy
 from agents.tuning.tuning import tune_lqg, tune_yaw_rate
@@ -96,21 +96,29 @@ def _all_three(model: Equipped) -> Controller:
     ).controller
 
 
-def _adaptive(model: Equipped) -> Controller:
+def _adaptive(model: Equipped, conicities: Sequence[float], speeds: Sequence[float]) -> Controller:
     """Design a bank over conicity and creep coefficients."""
-    vehicles = vehicles_of_service(model, (0.05, 0.15, 0.4), (0.6, 1.4), (0.0, 0.5, 1.0))
     return AdaptiveLQG.design(
         model,
-        speeds=[float(v) for v in range(20, 181, 20)],
-        vehicles=vehicles,
+        speeds=speeds,
+        vehicles=vehicles_of_service(model, conicities, (0.6, 1.4)),
         disturbances=Disturbances(alignment=5e-4),
     )
 
 
+def _adaptive_bogie(model: Equipped) -> Controller:
+    return _adaptive(model, (0.05, 0.15, 0.4), [float(v) for v in range(20, 181, 20)])
+
+
+def _adaptive_coach(model: Equipped) -> Controller:
+    return _adaptive(model, CONICITIES, [float(v) for v in range(20, 201, 30)])
+
+
 PROBLEM_DESIGNS: Mapping[str, Mapping[str, Design]] = {
-    FIRST: {**DESIGNS, "adaptive-lqg": _adaptive},
+    FIRST: {**DESIGNS, "adaptive-lqg": _adaptive_bogie},
     "bogie-primary-v1": {"output-feedback": _at_wheelsets},
     "bogie-both-v1": {"output-feedback": _all_three},
+    "coach-v1": {"adaptive-lqg": _adaptive_coach},
     "dual-wheelset-v1": {"output-feedback": _two_wheelsets},
 }
 """How controllers are designed for each problem; what takes long is shipped, too."""

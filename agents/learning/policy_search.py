@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.controllers.controller import check_single_actuator
 from agents.controllers.learned import LearnedPolicy
 from agents.controllers.memory import MemorySettings
 from agents.controllers.scheduled import CONTROL_PERIOD, ScheduledController
@@ -92,7 +91,7 @@ def search_policy(
     Parameters
     ----------
     model : Equipped
-        With a single actuator.
+        With any number of actuators.
     base : ScheduledController
     lessons : Lessons, optional
     memory : MemorySettings, optional
@@ -117,12 +116,11 @@ def search_policy(
     Raises
     ------
     ParameterError
-        If the model has more than one actuator, or the base does not suit it.
+        If the base does not suit the model.
     MissingPackageError
         If the package ``cma`` (extra ``rl``) is missing.
     """
     require("cma", "cma", "policy search")
-    check_single_actuator(model, "policy search")
     todo = Lessons() if lessons is None else lessons
     wanted = Aim() if aim is None else aim
     with one_blas_thread():

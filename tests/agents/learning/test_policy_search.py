@@ -181,6 +181,21 @@ def test_policies_side_by_side_get_the_scores_they_get_alone(coach, base):
     assert len(set(together)) == 3
 
 
+def test_a_policy_of_several_actuators_makes_all_of_them_decay():
+    """From linear models alone: beyond what a moment on the frame reaches on worn wheels."""
+    bogie = railenv.Bogie(railenv.HIGH_SPEED_COACH_HOLLOW)
+    model = railenv.Equipped(bogie, "primary", sensed=("w1", "w2"))
+    base = agents.YawRateFeedback.design(model, gain=2e4)
+    aim = Aim(targets=(Target(conicities=(0.4,), speeds=(60.0, 120.0, 150.0), creep_factor=1.4),))
+    found = search_policy(model, base, lessons=SHORT, memory=MEMORY, aim=aim, generations=0)
+    worn = model.replace(conicity=0.4, creep_factor=1.4)
+    loops = [design.closed_loop(worn, law, speed=150.0) for law in (base, found.policy)]
+    assert loops[0].growth > 0.0
+    assert loops[1].growth < -0.4
+    policy = found.policy
+    assert policy.act(np.zeros(len(policy.readings))).shape == (2,)
+
+
 @pytest.mark.parametrize(
     ("changes", "match"),
     [
