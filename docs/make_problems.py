@@ -18,6 +18,7 @@ from agents.problems.rating_plots import plot_ratings
 from agents.problems.table import COLUMNS, row
 
 DOCS = Path(__file__).resolve().parent
+PASSIVE = ("no yaw damper", "best passive damper")
 PAGE, DATA, PICTURES = DOCS / "problems.md", DOCS / "problems.json", DOCS / "pictures"
 
 
@@ -45,9 +46,26 @@ def rated(data: dict[str, Any]) -> str:
         head = ["", *(rating.controller for rating in ratings)]
         lines = [f"### {one.name}", "", one.asks, "", table(head, rows), ""]
         lines += [f"![Robust critical speeds in {one.name}](pictures/problem-{one.name}.png)", ""]
+        lines += [*_compared(ratings), ""]
         lines += [*_held(data[one.name]["recoverable"]), ""]
         parts.append("\n".join(lines).rstrip())
     return "\n\n".join(parts)
+
+
+def _compared(ratings: list[Rating]) -> list[str]:
+    """Return in words how the most robust controller that reads sensors compares with the damper."""
+    damped = next(rating for rating in ratings if rating.controller == PASSIVE[1])
+    others = [r for r in ratings if r.controller not in PASSIVE and r.observation == "sensors"]
+    if not others or damped.robust is None:
+        return []
+    best = max(others, key=lambda rating: rating.robust or 0.0)
+    runs = zip(best.ride, damped.ride, strict=True)
+    calmer = sum(own.wz <= passive.wz for own, passive in runs)
+    return [
+        f"The most robust controller from sensors, `{best.controller}`, reaches {best.robust:.1f} m/s, "
+        f"{(best.robust or 0.0) / damped.robust:.2f} times the best passive damper. Its ride index is "
+        f"at most that damper's in {calmer} of {len(best.ride)} runs on the irregular line."
+    ]
 
 
 def _held(modes: list[dict[str, Any]]) -> list[str]:

@@ -55,7 +55,7 @@ def test_learning_from_a_data_set(written, tmp_path):
     dataset = minari.load_dataset("railenv/bogie/expert-v0")
     env = dataset.recover_environment()
     signs = learn_offline.mirror_signs(env)
-    actor = learn_offline.learn(dataset, signs, learn_offline.Options(updates=200))
+    actor = learn_offline.learn(dataset, signs, learn_offline.Options(updates=600))
     policy = learn_offline.controller(actor, env)
     policy.save(tmp_path / "policy.npz")
     observation, _ = env.reset(seed=5)
