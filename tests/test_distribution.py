@@ -14,6 +14,7 @@ import pytest
 
 import agents
 import railenv
+from agents.controllers.shipped import shipped_problems
 from tests.pages import ROOT
 from tests.sources import PACKAGES
 
@@ -104,7 +105,8 @@ def test_wheel_has_the_packages_and_nothing_else(sdist, wheel):
     assert own == {name for name in files(sdist) if name.split("/")[0] in PACKAGES}
     data = {name for name in own if not name.endswith(".py")}
     assert {f"{package}/py.typed" for package in PACKAGES} < data
-    assert {f"agents/controllers/data/{name}.npz" for name in agents.shipped_names()} < data
+    shipped = {f"{p}/{n}" for p in shipped_problems() for n in agents.shipped_names(p)}
+    assert {f"agents/controllers/data/{name}.npz" for name in shipped} < data
     assert {f"agents/learning/hyperparams/{name}.yml" for name in ("ppo", "sac", "td3")} < data
     assert "design/reproduction/templates/page.html" in data
     assert {f"railenv/vehicles/{name}.toml" for name in ("bogie", "dual_wheelset")} < data

@@ -100,7 +100,7 @@ class OutputFeedback(ScheduledController):
             m/s.
         gains : array_like, shape (k, m, t)
             Of each of m commands, N m (N of a lateral actuator) per m/s^2 and per rad/s, in the order
-            of :func:`terms_of`: for each sensor, the accelerometers and gyros of all bodies in turn,
+            of ``terms_of``: for each sensor, the accelerometers and gyros of all bodies in turn,
             the reading as it is and through each low-pass filter.
         filters : Filters, optional
         period : float
