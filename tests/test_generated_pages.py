@@ -286,6 +286,8 @@ def test_tables_of_the_problems_are_those_rated():
     for one in make_problems.PROBLEMS[:4]:  # the others' wear takes a while
         assert f"| `{one.name}` | {one.asks} |" in page
         assert str(one.damper) in page
+    passive = found["bogie-secondary-v1"]["ratings"]["best passive damper"]["robust"]
+    assert f"has a robust critical speed of {passive:.1f} m/s" in text("controllers.md")
 
 
 def test_tables_of_the_tasks_are_those_measured():

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from agents.controllers.controller import Controller, equipped, observation_rows
 from agents.controllers.files import ControllerFile, read, write
 from agents.controllers.lqg import LQG
-from agents.controllers.scheduled import CONTROL_PERIOD, MOST_VEHICLES, Law
+from agents.controllers.scheduled import CONTROL_PERIOD, MOST_VEHICLES, Law, sensor_rows
 from design.linear.regulator import Disturbances, Weights, kalman, sensor_noise
 from railenv import Equipped, Model, checks
 from railenv.envs.observation import Reading
@@ -181,11 +181,7 @@ class AdaptiveLQG(Controller):
             for one in own
         ]
         signals = [reading.signal for reading in bank[0].readings]
-        sensors = np.zeros((len(vehicle.sensor_names), len(signals)))
-        for row, name in enumerate(vehicle.sensor_names):
-            sensors[row, signals.index(name)] = 1.0
-            if name.startswith("accel_"):  # what cant deficiency puts in is known
-                sensors[row, signals.index("cant_deficiency")] = vehicle.gravity
+        sensors = sensor_rows(vehicle, signals)
         about = {k: bank[0].about[k] for k in ("weights", "disturbances")}
         predictors = Predictors.of(own, speeds, d, period)
         return cls(bank, predictors, vehicles, sensors, memory, about)

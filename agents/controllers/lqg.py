@@ -11,7 +11,13 @@ from numpy.typing import NDArray
 
 from agents.controllers.controller import equipped
 from agents.controllers.lqr import speed_nodes
-from agents.controllers.scheduled import CONTROL_PERIOD, Law, ScheduledController, readings_of
+from agents.controllers.scheduled import (
+    CONTROL_PERIOD,
+    Law,
+    ScheduledController,
+    readings_of,
+    sensor_rows,
+)
 from design.linear.regulator import Disturbances, Observer, Weights, kalman, lqr
 from railenv import Model
 
@@ -54,7 +60,7 @@ class LQG(ScheduledController):
         signals = [reading.signal for reading in readings]
         w = Weights() if weights is None else weights
         d = Disturbances() if disturbances is None else disturbances
-        gravity = vehicle.gravity
+        pick = sensor_rows(vehicle, signals)
         stacked: dict[str, list[Array]] = {name: [] for name in "ABCDE"}
         for v in nodes:
             observer = kalman(vehicle, speed=v, disturbances=d, period=period)
@@ -62,7 +68,7 @@ class LQG(ScheduledController):
             K = np.zeros((len(vehicle.command_names), len(observer.A)))
             labels = observer.system.state_labels
             K[:, [labels.index(label) for label in regulator.system.state_labels]] = regulator.gain
-            for name, matrix in _law(observer, K, signals, vehicle.sensor_names, gravity).items():
+            for name, matrix in _law(observer, K, pick).items():
                 stacked[name].append(matrix)
         law = Law.of(nodes, **{name: np.array(matrices) for name, matrices in stacked.items()})
         about = {
@@ -74,15 +80,8 @@ class LQG(ScheduledController):
         return cls(law, readings, vehicle.command_names, limits, "sensors", period, about)
 
 
-def _law(
-    o: Observer, K: Array, signals: Sequence[str], sensed: Sequence[str], gravity: float
-) -> dict[str, Array]:
-    """Return a regulator and a filter as one law from the readings."""
-    pick = np.zeros((len(sensed), len(signals)))
-    for row, name in enumerate(sensed):
-        pick[row, signals.index(name)] = 1.0
-        if name.startswith("accel_"):  # what cant deficiency puts in is known
-            pick[row, signals.index("cant_deficiency")] = gravity
+def _law(o: Observer, K: Array, pick: Array) -> dict[str, Array]:
+    """Return a regulator and a filter as one law; ``pick`` takes the sensors from what is read."""
     corrected = np.eye(len(o.A)) - o.M @ o.C
     return {
         "A": o.A @ corrected,

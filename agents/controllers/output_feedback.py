@@ -17,7 +17,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from agents.controllers.controller import equipped
-from agents.controllers.scheduled import CONTROL_PERIOD, Law, ScheduledController, readings_of
+from agents.controllers.scheduled import (
+    CONTROL_PERIOD,
+    Law,
+    ScheduledController,
+    readings_of,
+    sensor_rows,
+)
 from railenv import Equipped, Model, checks
 from railenv.envs.observation import Reading
 from railenv.errors import ParameterError, shown
@@ -130,9 +136,8 @@ class OutputFeedback(ScheduledController):
         law = Law.of(nodes, A=np.tile(A, (k, 1, 1)), B=np.tile(B, (k, 1, 1)), C=K @ C, D=K @ D)
         corners = {"washout": f.washout, "low_pass": list(f.low_pass)}
         told = {"filters": corners, "gains": K.tolist(), **(about or {})}
-        return cls(
-            law, readings, vehicle.command_names, vehicle.limits, "sensors", period, told
-        )  # fmt: skip
+        limits = vehicle.limits
+        return cls(law, readings, vehicle.command_names, limits, "sensors", period, told)
 
 
 def basis(
@@ -144,15 +149,10 @@ def basis(
     """
     signals = [reading.signal for reading in readings]
     corners = len(filters.low_pass)
-    sensors, p = model.sensor_names, len(signals)
-    n, t = len(sensors) * (1 + corners), len(sensors) * (1 + corners)
-    A, B, C, D = np.zeros((n, n)), np.zeros((n, p)), np.zeros((t, n)), np.zeros((t, p))
+    n, p = len(model.sensor_names) * (1 + corners), len(signals)  # a state for each term
+    A, B, C, D = np.zeros((n, n)), np.zeros((n, p)), np.zeros((n, n)), np.zeros((n, p))
     washout = low_pass_share(filters.washout, period)
-    for k, sensor in enumerate(sensors):
-        y = np.zeros(p)
-        y[signals.index(sensor)] = 1.0
-        if sensor.startswith("accel_"):  # what cant deficiency puts in is known
-            y[signals.index("cant_deficiency")] = model.gravity
+    for k, y in enumerate(sensor_rows(model, signals)):
         mean = k * (1 + corners)
         # mean' = mean + washout (y - mean); low' = low + share ((y - mean) - low)
         A[mean, mean], B[mean] = 1.0 - washout, washout * y

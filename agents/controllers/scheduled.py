@@ -322,6 +322,19 @@ class ScheduledController(Controller):
         )
 
 
+def sensor_rows(model: Equipped, signals: Sequence[str]) -> Array:
+    """Return what gives the sensors' readings from signals, shape (n_sensors, n_signals).
+
+    Accelerometers lose what cant deficiency puts in, which is known.
+    """
+    rows = np.zeros((len(model.sensor_names), len(signals)))
+    for row, name in zip(rows, model.sensor_names, strict=True):
+        row[signals.index(name)] = 1.0
+        if name.startswith("accel_"):
+            row[signals.index("cant_deficiency")] = model.gravity
+    return rows
+
+
 def readings_of(
     model: Equipped, observation: Literal["state", "sensors"], period: float = CONTROL_PERIOD
 ) -> tuple[Reading, ...]:

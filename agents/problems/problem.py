@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal
 
 from agents.controllers.service import CREEP_FACTOR
@@ -61,13 +61,11 @@ class Problem:
     fitted: YawDamper | None = None
     speed_range: tuple[float, float] = (20.0, 400.0)
     ride_speeds: tuple[float, ...] = (80.0, 110.0, 140.0)
-    actuator: Actuator | None = field(default=None)
+    actuator: Actuator | None = None
 
     def model(self) -> Equipped:
         """Return the vehicle with its actuators, sensors and the damper that is fitted beside them."""
-        bare = without_dampers(self.vehicle())
-        vehicle = bare if self.fitted is None else self.fitted.on(bare)
-        return Equipped(_MODELS[self.kind](vehicle), self.place, self.actuator, sensed=self.sensed)
+        return self.passive(self.fitted)
 
     def passive(self, damper: Damper | None) -> Equipped:
         """Return the vehicle with a passive damper alone (None: with none); actuators do nothing."""
