@@ -19,6 +19,7 @@ from agents.controllers.passive import Passive
 from agents.controllers.scheduled import Law, ScheduledController
 from agents.controllers.shipped import shipped, shipped_names
 from agents.controllers.yaw_rate import YawRateFeedback
+from agents.evaluation.equivalent import EquivalentDamper, equivalent_damper
 from agents.evaluation.evaluating import evaluate
 from agents.evaluation.evaluation import Evaluation, Plan, load_evaluations, save_evaluations
 from agents.evaluation.growth import growth_rates, simulated_critical_speed
@@ -40,6 +41,7 @@ __all__ = [
     "Aim",
     "Case",
     "Controller",
+    "EquivalentDamper",
     "Evaluation",
     "Filters",
     "Goal",
@@ -59,6 +61,7 @@ __all__ = [
     "YawRateFeedback",
     "disturbed_critical_speed",
     "equipped",
+    "equivalent_damper",
     "evaluate",
     "growth_rates",
     "load",

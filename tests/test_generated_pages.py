@@ -290,6 +290,10 @@ def test_tables_of_the_problems_are_those_rated():
     assert f"has a robust critical speed of {passive:.1f} m/s" in text("controllers.md")
 
 
+def test_what_controllers_do_is_what_they_do():
+    assert script("make_explained").equivalents() in text("what-controllers-do.md")
+
+
 def test_tables_of_the_tasks_are_those_measured():
     make_tasks = script("make_tasks")
     found = json.loads(text("tasks.json"))

@@ -1,0 +1,50 @@
+"""How actuators are drawn as dampers and springs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import control
+import matplotlib.pyplot as plt
+import numpy as np
+
+from agents.evaluation.colors import INK, colors
+from design.style import style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from agents.evaluation.equivalent import EquivalentDamper
+
+
+def plot_equivalent(
+    dampers: Mapping[str, EquivalentDamper],
+    axes: Sequence[Axes] | None = None,
+    palette: Mapping[str, str] | None = None,
+) -> control.ControlPlot:
+    """Draw rates and stiffnesses over speed, below each other.
+
+    Parameters
+    ----------
+    dampers : mapping of str to EquivalentDamper
+        By what to call them.
+    axes : sequence of two Axes, optional
+    palette : mapping of str to str, optional
+        Colours, for several figures alike.
+    """
+    chosen = palette or colors(dampers)
+    with style():
+        above, below = plt.subplots(2, 1, figsize=(6.8, 5.0), sharex=True)[1] if axes is None else axes
+        for name, damper in dampers.items():
+            above.plot(damper.speed, 1e-3 * damper.rate, color=chosen[name], label=name)
+            below.plot(damper.speed, 1e-6 * damper.stiffness, color=chosen[name], label=name)
+        for ax in (above, below):
+            ax.axhline(0.0, color=INK, lw=0.8)
+        above.set_ylabel("damping (kN m s/rad)")
+        below.set_ylabel("stiffness (MN m/rad)")
+        below.set_xlabel("speed (m/s)")
+        if any(dampers):
+            above.legend(loc="best")
+        lines = np.array([*above.lines, *below.lines], dtype=object)
+        return control.ControlPlot(lines, np.array([above, below], dtype=object), above.figure)
