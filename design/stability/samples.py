@@ -25,6 +25,9 @@ ALIKE = 1e-6
 
 _TINY_STEP = 1e-5  # units of arclength, over which the matrix is differentiated
 _FORGOTTEN = 0.4  # multipliers smaller than this count as this: what a map forgets within some periods
+_NOISE = 1e3 * float(
+    np.finfo(float).eps
+)  # of a map: what rounding, and what follows from it, may change
 _ZERO = 1e-9  # growth rates below this, times the root of the largest derivative, are rounding error
 _ROUNDING = 1e-10  # of the largest derivative: what differences of growth rates may be wrong by
 
@@ -110,18 +113,45 @@ class Line(Protocol):
         """Return how far apart two places are, relative to what they are measured by."""
 
 
-def growing(values: Complex, rates: Complex, period: float | None) -> tuple[Array, Array]:
+def growing(
+    values: Complex, rates: Complex, period: float | None, forgotten: float = _FORGOTTEN
+) -> tuple[Array, Array]:
     """Return the growth rates (1/s) of eigenvalues or multipliers, and how fast they change."""
     if period is None:
         return values.real, rates.real
     size = np.abs(values)
-    held = np.maximum(size, _FORGOTTEN)
-    change = np.where(size > _FORGOTTEN, (rates * values.conj()).real / held**2, 0.0)
+    held = np.maximum(size, forgotten)
+    change = np.where(size > forgotten, (rates * values.conj()).real / held**2, 0.0)
     return np.log(held) / period, change / period
 
 
+def forgotten_within(matrix: Array) -> float:
+    """Return the magnitude of a map's multipliers below which they are rounding.
+
+    A shift register of n periods has the multiplier 0, n times; rounding errors of size e move these
+    to magnitudes of ``e**(1 / n)``, where they change wildly from one map to the next. The longest
+    register is found in the matrix, by its rows that only hand on another state.
+    """
+    single = (matrix != 0.0).sum(axis=1) == 1
+    source = np.abs(matrix).argmax(axis=1)
+    hands_on = single & (matrix[np.arange(len(matrix)), source] == 1.0)
+    longest = 1
+    for state in np.flatnonzero(hands_on):
+        length, seen = 1, {int(state)}
+        while hands_on[state] and int(source[state]) not in seen:
+            state = source[state]
+            seen.add(int(state))
+            length += 1
+        longest = max(longest, length)
+    return max(_FORGOTTEN, _NOISE ** (1.0 / longest))
+
+
 def samples_of(
-    points: Sequence[Any], spectra: Sequence[Spectral], period: float | None, sizes: Array
+    points: Sequence[Any],
+    spectra: Sequence[Spectral],
+    period: float | None,
+    sizes: Array,
+    forgotten: float = _FORGOTTEN,
 ) -> list[Sample]:
     """Return samples of spectra.
 
@@ -133,14 +163,16 @@ def samples_of(
         s.
     sizes : ndarray
         Of what the eigenvalues are of: largest entries, or largest eigenvalues.
+    forgotten : float
+        Multipliers smaller than this count as this.
     """
     values = np.array([spectrum.values for spectrum in spectra])
     rates = np.array([spectrum.rates for spectrum in spectra])
-    growth, growth_rates = growing(values, rates, period)
+    growth, growth_rates = growing(values, rates, period, forgotten)
     largest = np.maximum(sizes, 1.0)
     zero = _ZERO * np.sqrt(largest)
     # A controller that looks at many past readings has as many modes there, which change wildly.
-    forgotten = False if period is None else np.abs(values) <= _FORGOTTEN
+    lost = False if period is None else np.abs(values) <= forgotten
     frequencies = np.abs(values.imag if period is None else np.angle(values) / period)
     return [
         *map(
@@ -149,7 +181,7 @@ def samples_of(
             spectra,
             growth,
             growth_rates,
-            (values.imag == 0.0) | forgotten,
+            (values.imag == 0.0) | lost,
             growth > zero[:, None],
             growth < -frequencies,
             zero.tolist(),
@@ -192,7 +224,8 @@ class BranchLine:
         found = self.spectra.of(matrices, changes)
         self.speeds.extend(math.exp(point.s) for point in points)
         sizes = np.abs(matrices).max(axis=(1, 2))
-        return samples_of(points, found, self.period, sizes)
+        forgotten = _FORGOTTEN if self.period is None else forgotten_within(matrices[0])
+        return samples_of(points, found, self.period, sizes, forgotten)
 
     @property
     def period(self) -> float | None:
