@@ -1,12 +1,14 @@
-"""Tuning of yaw-rate feedback and of LQG by search over a few numbers, on their robust stability.
+"""Tuning of yaw-rate feedback, LQG and H-infinity control by search over a few numbers, on robust stability.
 
-Both maximise the speed up to which every plant of a family (several conicities and creep factors, from
+All maximise the speed up to which every plant of a family (several conicities and creep factors, from
 20 m/s on) decays: what the evaluation calls the robust critical speed. The search is SciPy's
 differential evolution.
 """
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
@@ -14,11 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize
 
+from agents.controllers.h_infinity import DISTURBANCES, WEIGHTS, HInfinity
 from agents.controllers.lqg import LQG
 from agents.controllers.scheduled import CONTROL_PERIOD, ScheduledController, readings_of
-from agents.controllers.service import CONICITY, vehicles_of_service
+from agents.controllers.service import CONICITY, ranges_of_service, vehicles_of_service
 from agents.controllers.yaw_rate import YawRateFeedback
 from agents.tuning.family import Family
+from design.linear.h_infinity import MOTION, uncertain_model
 from design.linear.regulator import Disturbances, Weights
 from railenv import Equipped
 from railenv.threads import one_blas_thread
@@ -114,6 +118,58 @@ def tune_lqg(
     return _searched(model, make, bounds, generations, seed, period)
 
 
+def tune_h_infinity(
+    model: Equipped,
+    *,
+    speeds: Sequence[float],
+    generations: int = 3,
+    seed: int = 0,
+    period: float = CONTROL_PERIOD,
+) -> HInfinity:
+    """Tune what an H-infinity controller is designed with on its robust critical speed.
+
+    That is the weights of moment and yaw angle, the intensities of moments and of noise, and the size
+    of the motion to which unforeseen forces belong, each up to a factor of four from the defaults. Of
+    conicity (where the contact has that number) it believes in the geometric middle of its range.
+
+    Parameters
+    ----------
+    model : Equipped
+    speeds : sequence of float
+        Between which it is scheduled, m/s; a single one for a fixed one.
+    generations : int
+        Of the search, with 24 candidates each.
+    seed : int
+    period : float
+        Control period, s.
+    """
+    middle = math.sqrt(CONICITY[0] * CONICITY[1])
+    believed = model.replace(conicity=middle) if "conicity" in model.variable_names else model
+    ranges = ranges_of_service(model)
+    models = [uncertain_model(believed, speed=v, ranges=ranges, period=period) for v in speeds]
+    d, w = DISTURBANCES, WEIGHTS
+    assert d.accelerometer is not None
+    assert d.gyro is not None
+    start = np.log([w.moment, w.yaw, d.moment, d.accelerometer, d.gyro, MOTION])
+
+    def make(x: Array) -> HInfinity:
+        moment, yaw, disturbance, accelerometer, gyro, motion = np.exp(x).tolist()
+        made = HInfinity.of(
+            models,
+            weights=dataclasses.replace(w, moment=moment, yaw=yaw),
+            disturbances=dataclasses.replace(
+                d, moment=disturbance, accelerometer=accelerometer, gyro=gyro
+            ),
+            motion=motion,
+        )
+        if believed is not model:
+            made.about["design conicity"] = middle
+        return made
+
+    bounds = [(value - math.log(4.0), value + math.log(4.0)) for value in start.tolist()]
+    return _searched(model, make, bounds, generations, seed, period, start)
+
+
 def _searched(
     model: Equipped,
     make: Callable[[Array], T],
@@ -121,8 +177,9 @@ def _searched(
     generations: int,
     seed: int,
     period: float,
+    start: Array | None = None,
 ) -> T:
-    """Return the best design that a search finds."""
+    """Return the best design that a search finds; ``start`` is among its candidates."""
     signals = [reading.signal for reading in readings_of(model, "sensors", period)]
     with one_blas_thread():
         vehicles = vehicles_of_service(model)
@@ -143,6 +200,7 @@ def _searched(
             rng=seed,
             polish=False,
             init="sobol" if len(bounds) > 2 else "latinhypercube",
+            x0=start,
         )
     best = make(found.x)
     best.about |= {
