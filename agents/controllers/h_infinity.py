@@ -16,14 +16,24 @@ from agents.controllers.scheduled import (
     sensor_rows,
 )
 from agents.controllers.service import ranges_of_service
-from design.linear.h_infinity import MOTION, SLACK, UncertainModel, h_infinity, uncertain_model
+from design.linear.h_infinity import (
+    MOTION,
+    ROLL_OFF,
+    SLACK,
+    UncertainModel,
+    h_infinity,
+    uncertain_model,
+)
 from design.linear.regulator import Disturbances, Weights
 from railenv import Model
 
-WEIGHTS = Weights(yaw=1e-3, moment=80.0)
+ACCELEROMETER, GYRO = 0.11, 2.8e-4
+"""m/s^2 and rad/s, noise of the readings that a design reckons with."""
+
+WEIGHTS = Weights(yaw=2.1e-3, moment=36.0)
 """A moment is cheap: what limits it are delay, noise and forces that the model does not foresee."""
 
-DISTURBANCES = Disturbances(alignment=4e-5, moment=0.35, accelerometer=0.1, gyro=1.3e-3)
+DISTURBANCES = Disturbances(alignment=4e-5, moment=0.48, accelerometer=ACCELEROMETER, gyro=GYRO)
 """Above all moments beside the command; relative sizes count."""
 
 
@@ -47,6 +57,7 @@ class HInfinity(ScheduledController):
         disturbances: Disturbances | None = None,
         ranges: Mapping[str, tuple[float, float]] | None = None,
         motion: float = MOTION,
+        roll_off: float = ROLL_OFF,
         slack: float = SLACK,
         period: float = CONTROL_PERIOD,
     ) -> Self:
@@ -66,6 +77,8 @@ class HInfinity(ScheduledController):
             wear) and creep coefficients in service when left out.
         motion : float
             Size of the motion to which these forces belong, m and rad.
+        roll_off : float
+            Hz, from which on commands weigh more, in proportion to frequency.
         slack : float
             Bound on the loop's largest gain, as a multiple of the smallest that can be kept.
         period : float
@@ -82,7 +95,14 @@ class HInfinity(ScheduledController):
             uncertain_model(vehicle, speed=v, ranges=given, period=period)
             for v in speed_nodes(speed, speeds)
         ]
-        return cls.of(models, weights=weights, disturbances=disturbances, motion=motion, slack=slack)
+        return cls.of(
+            models,
+            weights=weights,
+            disturbances=disturbances,
+            motion=motion,
+            roll_off=roll_off,
+            slack=slack,
+        )
 
     @classmethod
     def of(
@@ -92,6 +112,7 @@ class HInfinity(ScheduledController):
         weights: Weights | None = None,
         disturbances: Disturbances | None = None,
         motion: float = MOTION,
+        roll_off: float = ROLL_OFF,
         slack: float = SLACK,
     ) -> Self:
         """Design one on models that are there already, one for each speed.
@@ -100,14 +121,17 @@ class HInfinity(ScheduledController):
         ----------
         models : sequence of UncertainModel
             See :func:`design.uncertain_model`; of one vehicle, at increasing speeds.
-        weights, disturbances, motion, slack
+        weights, disturbances, motion, roll_off, slack
             As in :meth:`design`.
         """
         vehicle, period = models[0].model, float(models[0].system.dt)
         w = WEIGHTS if weights is None else weights
         d = DISTURBANCES if disturbances is None else disturbances
         found = [
-            h_infinity(model, weights=w, disturbances=d, motion=motion, slack=slack) for model in models
+            h_infinity(
+                model, weights=w, disturbances=d, motion=motion, roll_off=roll_off, slack=slack
+            )
+            for model in models
         ]
         readings = readings_of(vehicle, "sensors", period)
         pick = sensor_rows(vehicle, [reading.signal for reading in readings])
@@ -123,6 +147,7 @@ class HInfinity(ScheduledController):
             "weights": dataclasses.asdict(w),
             "disturbances": dataclasses.asdict(d),
             "motion": motion,
+            "roll_off": roll_off,
             "slack": slack,
             "bounds": [k.bound for k in found],
             "norms": [k.norm for k in found],

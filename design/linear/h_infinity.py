@@ -33,10 +33,13 @@ from railenv.errors import ParameterError
 
 Array = NDArray[np.float64]
 
-MOTION = 3e-4
+MOTION = 1.5e-4
 """m and rad, of the motion to which unforeseen forces belong."""
 
-SLACK = 1.1
+ROLL_OFF = 50.0
+"""Hz, above which commands weigh more."""
+
+SLACK = 1.4
 """Bound on the norm, as a multiple of the smallest that can be kept."""
 
 _UNIT = 1e-3  # m or rad, what scales of a model stand for
@@ -162,6 +165,7 @@ def h_infinity(
     weights: Weights | None = None,
     disturbances: Disturbances | None = None,
     motion: float = MOTION,
+    roll_off: float = ROLL_OFF,
     slack: float = SLACK,
 ) -> HInfinitySynthesis:
     """Design an H-infinity controller at one speed on tangent track.
@@ -178,6 +182,9 @@ def h_infinity(
     motion : float
         m and rad, of a motion of every coordinate to which wheels and rails at the ends of the ranges
         add forces that the model does not foresee. These enter as disturbances.
+    roll_off : float
+        Hz, from which on commands weigh more, in proportion to frequency: there the loop has to rest,
+        for of delay and actuators little is known.
     slack : float
         Bound on the closed loop's norm, as a multiple of the smallest one that is found; greater than 1.
 
@@ -193,9 +200,10 @@ def h_infinity(
     w = Weights() if weights is None else weights
     d = Disturbances() if disturbances is None else disturbances
     checks.number("motion", motion, low=0.0)
+    checks.number("roll_off", roll_off, low=0.0, open_low=True, unit="Hz")
     checks.number("slack", slack, low=1.0, open_low=True)
     whitening = _Whitening.of(uncertain.model, d)
-    plant = _plant(uncertain, w, d, whitening, motion)
+    plant = _plant(uncertain, w, d, whitening, motion, roll_off)
     commands, readings = len(uncertain.model.command_names), len(uncertain.model.sensor_names)
     search = _Search.of(plant, commands, readings)
     least = search.least()
@@ -270,7 +278,12 @@ class _Whitening:
 
 
 def _plant(
-    u: UncertainModel, w: Weights, d: Disturbances, whitening: _Whitening, motion: float
+    u: UncertainModel,
+    w: Weights,
+    d: Disturbances,
+    whitening: _Whitening,
+    motion: float,
+    roll_off: float,
 ) -> control.StateSpace:
     """Return the system from disturbances and commands to weighted motion and whitened readings."""
     model, system = u.model, u.system
@@ -291,22 +304,26 @@ def _plant(
         entering[name] = scale[:, None] * left[:, :count] * values[:count]
     G = np.hstack([*entering.values()])
     q = G.shape[1]
-    # states: the lateral model's, and the mean that each filter takes off its reading
-    A = np.zeros((n + p, n + p))
+    # states: the lateral model's, the mean that each filter takes off its reading, the command before
+    size, lead = n + p + m, 1.0 / (2.0 * math.pi * roll_off * system.dt)
+    A = np.zeros((size, size))
     A[:n, :n] = system.A * scale / scale[:, None]
     seen = system.C * scale * whitening.gain[:, None]
-    A[n:, :n], A[n:, n:] = (1.0 - whitening.b)[:, None] * seen, np.diag(whitening.b)
-    B = np.zeros((n + p, q + p + m))
+    A[n : n + p, :n] = (1.0 - whitening.b)[:, None] * seen
+    A[n : n + p, n : n + p] = np.diag(whitening.b)
+    B = np.zeros((size, q + p + m))
     B[:n, :q] = G / scale[:, None]
     B[:n, q + p :] = system.B[:, :m] * model.limits / scale[:, None]
-    labels = system.state_labels
-    C = np.zeros((len(sizes) + m + p, n + p))
-    for row, (label, size) in zip(C, sizes.items(), strict=False):
-        row[labels.index(label)] = scale[labels.index(label)] / size
-    C[len(sizes) + m :] = np.hstack([seen, -np.eye(p)])
+    B[n + p :, q + p :] = np.eye(m)
+    labels, weighed = system.state_labels, len(sizes)
+    C = np.zeros((weighed + m + p, size))
+    for row, (label, typical) in zip(C, sizes.items(), strict=False):
+        row[labels.index(label)] = scale[labels.index(label)] / typical
+    C[weighed : weighed + m, n + p :] = -lead / w.moment * np.eye(m)
+    C[weighed + m :, : n + p] = np.hstack([seen, -np.eye(p)])
     D = np.zeros((len(C), B.shape[1]))
-    D[len(sizes) : len(sizes) + m, q + p :] = np.eye(m) / w.moment
-    D[len(sizes) + m :, q : q + p] = np.eye(p)
+    D[weighed : weighed + m, q + p :] = (1.0 + lead) / w.moment * np.eye(m)
+    D[weighed + m :, q : q + p] = np.eye(p)
     inputs = [f"{name}[{k}]" for name, columns in entering.items() for k in range(columns.shape[1])]
     return control.ss(
         A,
