@@ -40,8 +40,8 @@ DISTURBANCES = Disturbances(alignment=4e-5, moment=0.48, accelerometer=ACCELEROM
 class HInfinity(ScheduledController):
     """H-infinity controller of the sampled lateral model, fixed or scheduled over speed.
 
-    Its states estimate the vehicle's, and know the moment that was applied after its limit. It takes out
-    of the accelerometer what the known cant deficiency puts in, and feeds back nothing that is steady.
+    Its states estimate the vehicle's, and know the moment that was applied after its limit. It takes
+    out of the accelerometer what the known cant deficiency puts in, and feeds back nothing steady.
     Wheels and rails other than the model's act as forces that enter anywhere they can act
     (:func:`design.h_infinity`).
     """
@@ -128,9 +128,7 @@ class HInfinity(ScheduledController):
         w = WEIGHTS if weights is None else weights
         d = DISTURBANCES if disturbances is None else disturbances
         found = [
-            h_infinity(
-                model, weights=w, disturbances=d, motion=motion, roll_off=roll_off, slack=slack
-            )
+            h_infinity(model, weights=w, disturbances=d, motion=motion, roll_off=roll_off, slack=slack)
             for model in models
         ]
         readings = readings_of(vehicle, "sensors", period)

@@ -186,7 +186,7 @@ def h_infinity(
         Hz, from which on commands weigh more, in proportion to frequency: there the loop has to rest,
         for of delay and actuators little is known.
     slack : float
-        Bound on the closed loop's norm, as a multiple of the smallest one that is found; greater than 1.
+        Bound on the closed loop's norm, as a multiple of the smallest one found; greater than 1.
 
     Returns
     -------
@@ -218,8 +218,8 @@ def h_infinity(
     if not norm <= (1.0 + _EXACT) * slack * least:
         raise ParameterError(
             f"the H-infinity controller of {uncertain.model.name} at {uncertain.speed:g} m/s has a "
-            f"norm of {norm:.4g}, above its bound of {slack * least:.4g}: the problem with {w}, {d} and "
-            f"motion {motion:g} is too badly conditioned"
+            f"norm of {norm:.4g}, above its bound of {slack * least:.4g}: the problem with {w}, {d} "
+            f"and motion {motion:g} is too badly conditioned"
         )
     A, B, C, D = whitening.before(found)
     limits = uncertain.model.limits
@@ -242,7 +242,7 @@ def h_infinity(
 
 @dataclass(frozen=True)
 class _Whitening:
-    """High-pass filters ``g (z - 1) / (z - b)`` of the readings, through which noise and drift are white.
+    """High-pass filters ``g (z - 1) / (z - b)`` of the readings, which whiten noise and drift.
 
     Attributes
     ----------

@@ -130,7 +130,7 @@ def test_linear_critical_speed_is_where_the_environment_turns_to_growth(coach, k
 
 
 def test_h_infinity_is_odd_and_rests_where_nothing_changes():
-    """Steady readings (of a curve, of a sensor's offset) command no moment, known cant deficiency none."""
+    """Steady readings (of a curve, of a sensor's offset) command no moment."""
     controller = agents.shipped("h-infinity")
     rng = np.random.default_rng(1)
     speed = [r.name for r in controller.readings].index("speed")

@@ -164,7 +164,7 @@ def test_h_infinity_is_tuned_from_usual_values_and_says_how(coach):
     assert tuned.about["design conicity"] == pytest.approx(0.1414, rel=1e-3)
     assert tuned.about["norms"][0] <= 1.001 * tuned.about["bounds"][0]
     assert isinstance(tuned, agents.HInfinity)
-    with pytest.raises(ParameterError, match="tolerance is -0.1"):
+    with pytest.raises(ParameterError, match=r"tolerance is -0\.1"):
         agents.tune_h_infinity(coach, speeds=(60.0,), tolerance=-0.1)
 
 

@@ -75,9 +75,7 @@ def test_closed_loop_of_the_vehicle_has_the_multipliers_of_the_synthesis(found, 
 
 def test_a_loop_from_a_larger_share_of_the_bound_has_a_larger_norm(models, found):
     """Near the smallest bound the gain is the same at all frequencies that count; far from it, not."""
-    loose = design.h_infinity(
-        models[120.0], weights=WEIGHTS, disturbances=DISTURBANCES, slack=10.0
-    )
+    loose = design.h_infinity(models[120.0], weights=WEIGHTS, disturbances=DISTURBANCES, slack=10.0)
     near = found[120.0]
     assert loose.least == near.least
     assert near.norm < loose.norm
@@ -163,7 +161,7 @@ def test_impossible_models_are_refused():
 
 
 def test_a_problem_without_a_solution_says_so(models):
-    with pytest.raises(ParameterError, match="no H-infinity controller is found .* at 60 m/s|too badly"):
+    with pytest.raises(ParameterError, match=r"no H-infinity controller is found .* at 60 m/s"):
         design.h_infinity(
             models[60.0], weights=Weights(yaw=1e-12, moment=1e-9), disturbances=DISTURBANCES
         )
