@@ -44,7 +44,7 @@ SLACK = 1.4
 
 _UNIT = 1e-3  # m or rad, what scales of a model stand for
 _RANK = 1e-2  # of singular values that count as a direction of force
-_LOOSE = 1e6  # a bound that any stabilising controller keeps: the H2-optimal controller, nearly
+_LOOSE = 1e6  # a bound that any stabilising controller keeps
 _RESOLUTION = 0.02  # of the smallest bound, relative
 _STEPS = 12  # of its search
 _EXACT = 1e-3  # by how much a norm may exceed a bound in numbers
@@ -207,12 +207,12 @@ def h_infinity(
     commands, readings = len(uncertain.model.command_names), len(uncertain.model.sensor_names)
     search = _Search.of(plant, commands, readings)
     least = search.least()
-    if not math.isfinite(least):
+    found = search.at(slack * least) if math.isfinite(least) else None
+    if found is None:
         raise ParameterError(
             f"no H-infinity controller is found for {uncertain.model.name} at {uncertain.speed:g} m/s "
             f"with {w}, {d} and motion {motion:g}; other weights may have one"
         )
-    found = search.at(slack * least)
     closed = plant.lft(found, commands, readings)
     norm = norm_of(closed)
     if not norm <= (1.0 + _EXACT) * slack * least:
@@ -357,8 +357,15 @@ class _Search:
 
     @classmethod
     def of(cls, plant: control.StateSpace, commands: int, readings: int) -> Self:
-        n, inputs, outputs = plant.nstates, plant.ninputs, plant.noutputs
-        mapped = ab04md("D", n, inputs, outputs, plant.A, plant.B, plant.C, plant.D)
+        n, outputs = plant.nstates, plant.noutputs
+        # SB10AD takes bounds that can be kept for inadmissible unless more disturbances than the
+        # readings' noise enter than there are weighted motions: silent ones are added
+        weighted, entering = outputs - readings - commands, plant.ninputs - commands - readings
+        silent = max(weighted + 1 - entering, 0)
+        B = np.hstack([np.zeros((n, silent)), plant.B])
+        D = np.hstack([np.zeros((outputs, silent)), plant.D])
+        inputs = plant.ninputs + silent
+        mapped = ab04md("D", n, inputs, outputs, plant.A, B, plant.C, D)
         return cls((n, inputs, outputs, commands, readings), mapped, plant.dt)
 
     def least(self) -> float:
@@ -375,12 +382,14 @@ class _Search:
                 low = middle
         return high
 
-    def at(self, bound: float) -> control.StateSpace:
-        """Return the controller for a bound, from whitened readings to shares of the limits."""
-        *_, commands, readings = self.sizes
-        n = self.sizes[0]
-        A, B, C, D = ab04md("C", n, readings, commands, *self._synthesis(bound)[1:5])
-        return control.ss(A, B, C, D, self.period)
+    def at(self, bound: float) -> control.StateSpace | None:
+        """Return the controller for a bound, from whitened readings to shares of limits, or None."""
+        n, *_, commands, readings = self.sizes
+        try:
+            law = self._synthesis(bound)[1:5]
+        except SlycotArithmeticError:
+            return None
+        return control.ss(*ab04md("C", n, readings, commands, *law), self.period)
 
     def _norm(self, bound: float) -> float:
         """Return the norm of the loop with the controller for a bound; infinite if there is none."""

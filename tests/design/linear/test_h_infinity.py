@@ -79,9 +79,6 @@ def test_a_loop_from_a_larger_share_of_the_bound_has_a_larger_norm(models, found
     near = found[120.0]
     assert loose.least == near.least
     assert near.norm < loose.norm
-    # the loose one is nearly the H2-optimal controller, and has the smaller H2 norm
-    sizes = [control.norm(made.closed_loop, 2) for made in (near, loose)]
-    assert sizes[1] < sizes[0]
 
 
 def test_smallest_bound_is_not_above_that_of_python_control(models, found):
@@ -130,7 +127,8 @@ def test_a_controller_that_is_told_what_was_applied_is_stable_by_itself(found):
 def test_unforeseen_forces_add_to_what_the_loop_has_to_bear(models):
     alone = design.uncertain_model(COACH, speed=120.0, ranges={})
     assert not alone.changes
-    sure = design.h_infinity(alone, weights=WEIGHTS, disturbances=DISTURBANCES)
+    sure = design.h_infinity(alone, weights=WEIGHTS, disturbances=DISTURBANCES, slack=1.1)
+    assert sure.norm <= 1.001 * sure.bound  # with few disturbances, too
     wide = design.h_infinity(models[120.0], weights=WEIGHTS, disturbances=DISTURBANCES, motion=1e-3)
     assert sure.least < wide.least
 
