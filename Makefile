@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 DEVELOPED := $(VENV)/.developed
-CONTROLLERS := passive yaw-rate lqg lqg-scheduled output-feedback lqr lqr-scheduled learned
+CONTROLLERS := passive yaw-rate lqg lqg-scheduled h-infinity output-feedback lqr lqr-scheduled learned
 COMMIT ?= HEAD
 
 .DEFAULT_GOAL := help

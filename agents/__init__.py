@@ -10,6 +10,7 @@ Stable-Baselines3 (extra ``rl``). The name ``agents`` is used by other distribut
 
 from agents.controllers.adaptive import AdaptiveLQG
 from agents.controllers.controller import Controller, equipped
+from agents.controllers.h_infinity import HInfinity
 from agents.controllers.learned import LearnedPolicy
 from agents.controllers.load import load
 from agents.controllers.lqg import LQG
@@ -29,7 +30,7 @@ from agents.learning.lessons import Lessons
 from agents.learning.policy_search import Searched, search_policy
 from agents.learning.policy_start import Aim, Target
 from agents.learning.training import Training, resume, train
-from agents.tuning.tuning import tune_lqg, tune_yaw_rate
+from agents.tuning.tuning import tune_h_infinity, tune_lqg, tune_yaw_rate
 from agents.tuning.tuning_gradient import Goal, tune_output_feedback
 
 __distribution__ = "railenv"
@@ -45,6 +46,7 @@ __all__ = [
     "Evaluation",
     "Filters",
     "Goal",
+    "HInfinity",
     "Law",
     "LearnedPolicy",
     "Lessons",
@@ -74,6 +76,7 @@ __all__ = [
     "shipped_names",
     "simulated_critical_speed",
     "train",
+    "tune_h_infinity",
     "tune_lqg",
     "tune_output_feedback",
     "tune_yaw_rate",

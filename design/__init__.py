@@ -23,6 +23,12 @@ from design.irregular.lyapunov import LyapunovExponents, lyapunov_exponents
 from design.irregular.section import PoincareSection, SectionSurface, poincare_section
 from design.irregular.section_diagram import SectionDiagram, SectionPoint, section_diagram
 from design.linear.equilibrium import equilibrium
+from design.linear.h_infinity import (
+    HInfinitySynthesis,
+    UncertainModel,
+    h_infinity,
+    uncertain_model,
+)
 from design.linear.linearization import discretize, linearize
 from design.linear.reduction import balanced, minimal, transfer_function
 from design.linear.regulator import (
@@ -70,6 +76,7 @@ __all__ = [
     "Disturbances",
     "Feedback",
     "GainLocus",
+    "HInfinitySynthesis",
     "HopfPoint",
     "HuntingMap",
     "HuntingOnset",
@@ -98,6 +105,7 @@ __all__ = [
     "StabilityMap",
     "StaticFeedback",
     "Study",
+    "UncertainModel",
     "VehicleLocus",
     "Weights",
     "balanced",
@@ -111,6 +119,7 @@ __all__ = [
     "disturbance_test",
     "equilibrium",
     "gain_locus",
+    "h_infinity",
     "hopf_point",
     "hopf_points",
     "hunting_map",
@@ -137,4 +146,5 @@ __all__ = [
     "speed_ramp",
     "stability_map",
     "transfer_function",
+    "uncertain_model",
 ]

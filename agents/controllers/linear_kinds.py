@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from agents.controllers.h_infinity import HInfinity
 from agents.controllers.lqg import LQG
 from agents.controllers.lqr import LQR
 from agents.controllers.output_feedback import OutputFeedback
@@ -10,6 +11,7 @@ from agents.controllers.scheduled import ScheduledController
 from agents.controllers.yaw_rate import YawRateFeedback
 
 LINEAR: tuple[type[ScheduledController], ...] = (
+    HInfinity,
     LQG,
     LQR,
     OutputFeedback,

@@ -40,3 +40,8 @@ def vehicles_of_service(
 def varied(model: Model, ranges: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
     """Return those ranges whose quantities a model has."""
     return {name: ends for name, ends in ranges.items() if name in model.variable_names}
+
+
+def ranges_of_service(model: Model) -> dict[str, tuple[float, float]]:
+    """Return the ranges of conicity, wear and creep coefficients, as far as a model has them."""
+    return varied(model, {"conicity": CONICITY, "wear": WEAR, "creep_factor": CREEP_FACTOR})

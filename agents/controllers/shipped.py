@@ -17,6 +17,7 @@ NAMES = (
     "yaw-rate",
     "lqg",
     "lqg-scheduled",
+    "h-infinity",
     "output-feedback",
     "lqr",
     "learned",

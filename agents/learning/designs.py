@@ -15,13 +15,16 @@ from agents.controllers.scheduled import ScheduledController
 from agents.controllers.service import CONICITIES, vehicles_of_service
 from agents.controllers.shipped import FIRST, shipped
 from agents.learning.policy_search import search_policy
-from agents.tuning.tuning import tune_lqg, tune_yaw_rate
+from agents.tuning.tuning import tune_h_infinity, tune_lqg, tune_yaw_rate
 from agents.tuning.tuning_gradient import Goal, tune_output_feedback
 from design.linear.regulator import Disturbances, Weights
 from railenv import Equipped
 
 SCHEDULE = tuple(float(v) for v in range(20, 241, 20))
 """m/s, between which scheduled regulators are linear."""
+
+COARSE = tuple(float(v) for v in range(20, 181, 40))
+"""m/s, between which H-infinity controllers are linear."""
 
 SEED = 0
 """Of the search of the learned policy."""
@@ -41,6 +44,7 @@ DESIGNS: Mapping[str, Design] = {
     "yaw-rate": tune_yaw_rate,
     "lqg": lambda model: tune_lqg(model, speeds=(130.0,)),
     "lqg-scheduled": lambda model: tune_lqg(model, speeds=SCHEDULE),
+    "h-infinity": lambda model: tune_h_infinity(model, speeds=COARSE),
     "output-feedback": lambda model: tune_output_feedback(model).controller,
     "lqr": lambda model: LQR.design(model, speed=160.0),
     "learned": _learned,

@@ -1,12 +1,14 @@
-"""Tuning of yaw-rate feedback and of LQG by search over a few numbers, on their robust stability.
+"""Tuning of yaw-rate feedback, LQG and H-infinity control by search, on their robust stability.
 
-Both maximise the speed up to which every plant of a family (several conicities and creep factors, from
+All maximise the speed up to which every plant of a family (several conicities and creep factors, from
 20 m/s on) decays: what the evaluation calls the robust critical speed. The search is SciPy's
 differential evolution.
 """
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
@@ -14,13 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize
 
+from agents.controllers.h_infinity import ACCELEROMETER, DISTURBANCES, GYRO, WEIGHTS, HInfinity
 from agents.controllers.lqg import LQG
 from agents.controllers.scheduled import CONTROL_PERIOD, ScheduledController, readings_of
-from agents.controllers.service import CONICITY, vehicles_of_service
+from agents.controllers.service import CONICITY, ranges_of_service, vehicles_of_service
 from agents.controllers.yaw_rate import YawRateFeedback
 from agents.tuning.family import Family
+from design.linear.h_infinity import MOTION, ROLL_OFF, SLACK, uncertain_model
 from design.linear.regulator import Disturbances, Weights
-from railenv import Equipped
+from railenv import Equipped, checks
 from railenv.threads import one_blas_thread
 
 Array = NDArray[np.float64]
@@ -33,6 +37,8 @@ DECAY = 0.3
 
 T = TypeVar("T", bound=ScheduledController)
 
+_CANDIDATES = 24  # of a generation of H-infinity controllers
+_SPREAD = 0.3  # of them around the usual one, as logarithms
 _FAILED = 1e3  # what a design that cannot be computed costs
 
 
@@ -114,6 +120,77 @@ def tune_lqg(
     return _searched(model, make, bounds, generations, seed, period)
 
 
+def tune_h_infinity(
+    model: Equipped,
+    *,
+    speeds: Sequence[float],
+    tolerance: float = 0.05,
+    generations: int = 1,
+    seed: int = 0,
+    period: float = CONTROL_PERIOD,
+) -> HInfinity:
+    """Tune what an H-infinity controller is designed with on its robust critical speed.
+
+    That is the weights of moment and yaw angle, the intensities of moments and of noise, the size of
+    the motion to which unforeseen forces belong, roll-off and slack; the search starts around the
+    defaults. Of conicity (where the contact has that number) the design believes in the geometric
+    middle of its range.
+
+    Parameters
+    ----------
+    model : Equipped
+    speeds : sequence of float
+        Between which it is scheduled, m/s; a single one for a fixed one.
+    tolerance : float
+        Share by which the gain of all actuators may be off, either way. Tuned for exact ones, a
+        controller reaches higher speeds and has hardly a margin.
+    generations : int
+        Of the search, with 24 candidates each.
+    seed : int
+    period : float
+        Control period, s.
+    """
+    checks.number("tolerance", tolerance, low=0.0, high=0.9)
+    middle = math.sqrt(CONICITY[0] * CONICITY[1])
+    believed = model.replace(conicity=middle) if "conicity" in model.variable_names else model
+    ranges = ranges_of_service(model)
+    models = [uncertain_model(believed, speed=v, ranges=ranges, period=period) for v in speeds]
+    d, w = DISTURBANCES, WEIGHTS
+
+    def make(x: Array) -> HInfinity:
+        moment, yaw, disturbance, accelerometer, gyro, motion, roll_off, excess = np.exp(x).tolist()
+        made = HInfinity.of(
+            models,
+            weights=dataclasses.replace(w, moment=moment, yaw=yaw),
+            disturbances=dataclasses.replace(
+                d, moment=disturbance, accelerometer=accelerometer, gyro=gyro
+            ),
+            motion=motion,
+            roll_off=roll_off,
+            slack=1.0 + excess,
+        )
+        made.about["tolerance"] = tolerance
+        if believed is not model:
+            made.about["design conicity"] = middle
+        return made
+
+    usual = (w.moment, w.yaw, d.moment, ACCELEROMETER, GYRO, MOTION, ROLL_OFF, SLACK - 1.0)
+    start = np.log(usual)
+    spread = _SPREAD * np.random.default_rng(seed).standard_normal((_CANDIDATES, len(start)))
+    spread[0] = 0.0
+    widest = 3.0 * _SPREAD
+    return _searched(
+        model,
+        make,
+        [(value - widest, value + widest) for value in start.tolist()],
+        generations,
+        seed,
+        period,
+        around=start + np.clip(spread, -widest, widest),
+        gains=(1.0 - tolerance, 1.0 + tolerance),
+    )
+
+
 def _searched(
     model: Equipped,
     make: Callable[[Array], T],
@@ -121,12 +198,21 @@ def _searched(
     generations: int,
     seed: int,
     period: float,
+    around: Array | None = None,
+    gains: Sequence[float] = (1.0,),
 ) -> T:
-    """Return the best design that a search finds."""
+    """Return the best design that a search finds.
+
+    The search begins with the candidates ``around``, or anywhere within the bounds. Every plant has to
+    decay with each of some gains of its actuators.
+    """
     signals = [reading.signal for reading in readings_of(model, "sensors", period)]
     with one_blas_thread():
         vehicles = vehicles_of_service(model)
-        family = Family.of(model, signals, vehicles, SPEEDS, period)
+        exact = Family.of(model, signals, vehicles, SPEEDS, period)
+        family, *others = (dataclasses.replace(exact, B=gain * exact.B) for gain in gains)
+        for other in others:
+            family = family.joined(other)
 
         def cost(x: Array) -> float:
             try:
@@ -142,7 +228,7 @@ def _searched(
             popsize=8 if len(bounds) == 2 else 4,
             rng=seed,
             polish=False,
-            init="sobol" if len(bounds) > 2 else "latinhypercube",
+            init=around if around is not None else "sobol" if len(bounds) > 2 else "latinhypercube",
         )
     best = make(found.x)
     best.about |= {

@@ -17,7 +17,7 @@ from railenv.models import Model
 @with_groups
 def tune(
     *,
-    kind: Annotated[str, typer.Argument(help="passive, yaw-rate, lqg, output-feedback, lqr, ...")],
+    kind: Annotated[str, typer.Argument(help="passive, yaw-rate, lqg, h-infinity, lqr, ...")],
     file: Annotated[Path, typer.Option("--out", help="File to write the controller to (npz).")],
     problem: Annotated[
         str | None, typer.Option(help="Problem of railenv evaluate, in place of a vehicle.")

@@ -39,7 +39,7 @@ every = pytest.mark.parametrize("name", list(EQUIPPED))
 
 
 @every
-@pytest.mark.parametrize("kind", [agents.LQR, agents.LQG])
+@pytest.mark.parametrize("kind", [agents.LQR, agents.LQG, agents.HInfinity])
 def test_designs_command_every_actuator_within_its_own_limit(name, kind, tmp_path):
     model = EQUIPPED[name]()
     controller = kind.design(model, speed=SPEED[name])
@@ -115,7 +115,7 @@ def test_evaluation(name):
 
 
 @every
-@pytest.mark.parametrize("kind", [agents.LQR, agents.LQG])
+@pytest.mark.parametrize("kind", [agents.LQR, agents.LQG, agents.HInfinity])
 def test_small_motion_in_the_environment_is_that_of_the_linear_loop(name, kind):
     """Limits, signs and delays of every command count in it."""
     model, speed, offset = EQUIPPED[name](), SPEED[name], 1e-5

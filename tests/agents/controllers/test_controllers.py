@@ -1,6 +1,7 @@
 """The controller interface: running, batches, files, linearisation."""
 
 import io
+import math
 import zipfile
 
 import gymnasium as gym
@@ -25,6 +26,7 @@ def make(kind, coach):
         "yaw rate": lambda: agents.YawRateFeedback.design(coach, gain=1e5),
         "lqr": lambda: agents.LQR.design(coach, speeds=[80.0, 120.0, 160.0]),
         "lqg": lambda: agents.LQG.design(coach, speeds=[80.0, 130.0]),
+        "h-infinity": lambda: agents.HInfinity.design(coach, speeds=[80.0, 130.0]),
         "output feedback": lambda: agents.OutputFeedback.design(
             coach,
             speeds=[60.0, 140.0],
@@ -33,7 +35,7 @@ def make(kind, coach):
     }[kind]()
 
 
-KINDS = ["passive", "yaw rate", "lqr", "lqg", "output feedback"]
+KINDS = ["passive", "yaw rate", "lqr", "lqg", "h-infinity", "output feedback"]
 
 
 def observations(controller, count, seed=0):
@@ -113,7 +115,7 @@ def test_an_observer_is_told_the_moment_that_was_applied(coach):
     np.testing.assert_allclose(controller._z[0], expected, rtol=1e-12)
 
 
-@pytest.mark.parametrize("kind", ["yaw rate", "lqr", "lqg", "output feedback"])
+@pytest.mark.parametrize("kind", ["yaw rate", "lqr", "lqg", "h-infinity", "output feedback"])
 def test_linear_critical_speed_is_where_the_environment_turns_to_growth(coach, kind):
     controller = make(kind, coach)
     for conicity in (0.05, 0.3):
@@ -125,6 +127,39 @@ def test_linear_critical_speed_is_where_the_environment_turns_to_growth(coach, k
             coach, controller, found.speed, vehicle={"conicity": conicity}
         )
         assert simulated == pytest.approx(found.speed, rel=5e-3)
+
+
+def test_h_infinity_is_odd_and_rests_where_nothing_changes():
+    """Steady readings (of a curve, of a sensor's offset) command no moment."""
+    controller = agents.shipped("h-infinity")
+    rng = np.random.default_rng(1)
+    speed = [r.name for r in controller.readings].index("speed")
+    rows = 0.02 * rng.normal(size=(40, len(controller.readings)))
+    rows[:, speed] = 0.9
+    mirrored = -rows
+    mirrored[:, speed] = 0.9
+    controller.reset()
+    there = np.array([controller.act(row) for row in rows])
+    controller.reset()
+    np.testing.assert_allclose([controller.act(row) for row in mirrored], -there, atol=1e-12)
+    signals = np.array([0.3, 0.01, 90.0, 0.1])
+    limit = controller.limits[0]
+    assert abs(controller.steady(signals)[0]) < 1e-4 * limit
+    # what cant deficiency puts into the accelerometer is taken out at once
+    law = controller.law.at_one(90.0)
+    names = controller.input_labels
+    known = law[3][0, names.index("cant_deficiency")] / law[3][0, names.index("accel_b")]
+    assert known == pytest.approx(9.81, rel=1e-2)
+
+
+@pytest.mark.parametrize("radius", [math.inf, 4000.0])
+def test_shipped_h_infinity_is_stable_at_and_between_its_speeds(radius):
+    hollow = railenv.Equipped(railenv.Bogie(railenv.HIGH_SPEED_COACH_HOLLOW))
+    controller = agents.shipped("h-infinity")
+    for speed in (20.0, 40.0, 60.0, 80.0):
+        loop = design.closed_loop(hollow, controller, speed=speed, radius=radius, cant=0.05)
+        assert loop.stable
+        assert abs(loop.commands[0]) < 1e-3 * controller.limits[0]
 
 
 def test_full_state_lqr_pushes_the_critical_speed_far_beyond_the_passive_one(coach):
@@ -244,6 +279,8 @@ def test_no_pickle_in_a_file_is_ever_loaded(tmp_path):
     [
         (agents.LQR.design, "give one of them"),
         (lambda m: agents.LQR.design(m, speed=100.0, speeds=[90.0]), "give one of them"),
+        (agents.HInfinity.design, "give one of them"),
+        (lambda m: agents.HInfinity.design(m, speed=100.0, slack=0.9), "slack is 0.9"),
         (lambda m: agents.YawRateFeedback.design(m, gain=float("nan")), "gain is nan"),
         (lambda m: agents.YawRateFeedback.design(m, gain=1.0, washout=-1.0), "washout is -1"),
         (lambda m: agents.OutputFeedback.design(m, speeds=[90.0], gains=[1.0]), "gains has shape"),

@@ -1,5 +1,7 @@
 """Tuning: the families' growth rates and their gradient, and that tuning improves what it tunes."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -28,7 +30,7 @@ def family(coach):
     return Family.of(coach, signals, vehicles_of_service(coach, CONICITIES, (1.0,)), SPEEDS, 0.005)
 
 
-@pytest.mark.parametrize("name", ["yaw-rate", "lqg-scheduled", "output-feedback"])
+@pytest.mark.parametrize("name", ["yaw-rate", "lqg-scheduled", "h-infinity", "output-feedback"])
 def test_growth_rates_of_a_family_are_those_of_the_closed_loops(coach, family, name):
     controller = agents.shipped(name)
     expected = []
@@ -144,9 +146,31 @@ def test_yaw_rate_feedback_is_tuned_beyond_an_arbitrary_one(coach):
     assert wide.stable_up_to(tuned.law, 0.005, 0.3) > wide.stable_up_to(plain.law, 0.005, 0.3)
 
 
+def test_shipped_h_infinity_holds_where_the_gain_of_the_actuator_is_off(coach):
+    """That is what it is tuned for; an LQG tuned for exact actuators holds less."""
+    shipped = agents.shipped("h-infinity")
+    tolerance = shipped.about["tolerance"]
+    signals = shipped.input_labels
+    speeds = tuple(float(v) for v in range(20, 101, 10))
+    family = Family.of(coach, signals, vehicles_of_service(coach, (0.05, 0.4)), speeds, 0.005)
+    for gain in (1.0 - tolerance, 1.0, 1.0 + tolerance):
+        off = dataclasses.replace(family, B=gain * family.B)
+        assert (off.growth(shipped.law, 0.005) < 0.0).all()
+
+
+def test_h_infinity_is_tuned_from_usual_values_and_says_how(coach):
+    tuned = agents.tune_h_infinity(coach, speeds=(60.0,), generations=0)
+    assert tuned.about["evaluations"] == 24
+    assert tuned.about["design conicity"] == pytest.approx(0.1414, rel=1e-3)
+    assert tuned.about["norms"][0] <= 1.001 * tuned.about["bounds"][0]
+    assert isinstance(tuned, agents.HInfinity)
+    with pytest.raises(ParameterError, match=r"tolerance is -0\.1"):
+        agents.tune_h_infinity(coach, speeds=(60.0,), tolerance=-0.1)
+
+
 def test_page_tells_the_budgets_and_limits_that_the_files_have():
     page = (DOCS / "controllers.md").read_text()
-    for name in ("yaw-rate", "lqg"):
+    for name in ("yaw-rate", "lqg", "h-infinity"):
         assert f"{agents.shipped(name).about['evaluations']} designs" in page
     families = agents.shipped("output-feedback").about["evaluations"]
     assert f"about {round(families, -2)} families" in page
