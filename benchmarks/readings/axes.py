@@ -51,7 +51,9 @@ class Axis:
     options: tuple[Option, ...]
 
 
-def _loads(words: str, wheelset: tuple[float, float], frame: tuple[float, float], dual: tuple[float, float]):
+def _loads(
+    words: str, wheelset: tuple[float, float], frame: tuple[float, float], dual: tuple[float, float]
+):
     """Return an option of the loads: shares of W_ext on a wheelset, of the body on the frame."""
     return Option(
         words,
@@ -83,10 +85,16 @@ AXES = (
         "bookkeeping of loads",
         (
             _loads("each load once", (0.0, 0.0), (1.0, 1.0), (0.5, 0.5)),
-            _loads("W_ext on every wheelset, sideways and downwards", (1.0, 1.0), (1.0, 0.0), (1.0, 1.0)),
+            _loads(
+                "W_ext on every wheelset, sideways and downwards", (1.0, 1.0), (1.0, 0.0), (1.0, 1.0)
+            ),
             _loads("W_ext on every wheelset, sideways only", (1.0, 0.0), (1.0, 0.0), (1.0, 0.0)),
-            _loads("half W_ext on every wheelset, and the frame's load", (0.5, 0.5), (1.0, 0.0), (0.5, 0.5)),
-            _loads("half W_ext on every wheelset, none on the frame", (0.5, 0.5), (0.0, 0.0), (0.5, 0.5)),
+            _loads(
+                "half W_ext on every wheelset, and the frame's load", (0.5, 0.5), (1.0, 0.0), (0.5, 0.5)
+            ),
+            _loads(
+                "half W_ext on every wheelset, none on the frame", (0.5, 0.5), (0.0, 0.0), (0.5, 0.5)
+            ),
         ),
     ),
     Axis(

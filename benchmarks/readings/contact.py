@@ -1,4 +1,4 @@
-"""Contact of a wheelset with its rails, as corrected and as the paper prints it (eqs 1 to 5 and 9 to 11).
+"""Contact of a wheelset with its rails, as corrected and as printed (eqs 1 to 5 and 9 to 11).
 
 Both return the forces of the rails on a wheelset: lateral and vertical (N), roll and yaw moment (N m).
 ``p.yaw_in_creepage`` switches between ``a dpsi / V`` (0) and the print's ``a psi / V`` (1).

@@ -95,7 +95,13 @@ def _on_frame(s: int, w: Place, frame: Place, p: Scalar) -> Forces:
 
 
 def _wheelset(
-    w: Place, spring: Forces, contact: Contact, speed: Scalar, curvature: Scalar, cant: Scalar, p: Scalar
+    w: Place,
+    spring: Forces,
+    contact: Contact,
+    speed: Scalar,
+    curvature: Scalar,
+    cant: Scalar,
+    p: Scalar,
 ) -> list[Scalar]:
     """The wheelset's rows of eq 6."""
     rail = contact(w, speed, curvature, p)
@@ -114,7 +120,7 @@ def _wheelset(
 
 
 def _bogie(contact: Contact) -> Callable[..., list[Scalar]]:
-    def bogie(x, u, speed, curvature, cant, p):  # noqa: ANN001, ANN202 - traced, not called
+    def bogie(x, u, speed, curvature, cant, p):
         *wheelsets, frame = _places(x)
         rates = list(x[len(x) // 2 :])
         parts = []
@@ -137,7 +143,7 @@ def _bogie(contact: Contact) -> Callable[..., list[Scalar]]:
 
 
 def _dual_wheelset(contact: Contact) -> Callable[..., list[Scalar]]:
-    def dual_wheelset(x, u, speed, curvature, cant, p):  # noqa: ANN001, ANN202
+    def dual_wheelset(x, u, speed, curvature, cant, p):
         rates = list(x[len(x) // 2 :])
         for s, w in zip((+1, -1), _places(x), strict=True):
             spring = _on_wheelset(s, w, REST, p)
@@ -148,7 +154,7 @@ def _dual_wheelset(contact: Contact) -> Callable[..., list[Scalar]]:
 
 
 def parameters() -> dict[str, float]:
-    """Return Table 1, with every switch off and every load carried once, as far as both models agree."""
+    """Return Table 1 with every switch off; the loads are those of the bogie, each carried once."""
     v = railenv.TABLE_1
     return {
         "gravity": v.gravity,

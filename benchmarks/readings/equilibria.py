@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 from typing import Any
 
 import numba
@@ -66,7 +67,7 @@ def equilibria(
     count = usable_threads()
     edges = np.linspace(0, len(models), count + 1).astype(int)
     with one_blas_thread(), ThreadPoolExecutor(count) as threads:
-        list(threads.map(some, (slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True))))
+        list(threads.map(some, (slice(a, b) for a, b in pairwise(edges))))
     return places, jacobians
 
 

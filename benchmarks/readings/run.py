@@ -1,4 +1,4 @@
-"""Search all readings of the print for the paper's critical speeds: ``python -m benchmarks.readings.run``.
+"""Search the readings of the print for the paper's speeds: ``python -m benchmarks.readings.run``.
 
 Takes some minutes on two processors, prints its counts, and writes
 ``design/reproduction/data/readings.json``, of which the report makes a section.
