@@ -14,7 +14,6 @@ from agents.evaluation.evaluation import Plan
 from agents.evaluation.growth import linear_growth_rates
 from design.reproduction.cases import Case
 from design.stability.critical_speed import critical_speed
-from design.stability.loss import CriticalSpeed
 from railenv import HIGH_SPEED_COACH_HOLLOW, Bogie
 
 CASE = Case("bogie", HIGH_SPEED_COACH_HOLLOW)
@@ -63,7 +62,14 @@ def growth(
     return {"speeds": list(speeds), "rates": rates}
 
 
-def critical(model: Bogie, name: str, controller: Mapping[str, Any]) -> CriticalSpeed:
-    """Find the linear critical speed of the sampled closed loop on tangent track."""
+def critical(model: Bogie, name: str, controller: Mapping[str, Any]) -> dict[str, float | None]:
+    """Find the linear critical speed of the sampled closed loop on tangent track.
+
+    Returns
+    -------
+    dict
+        speed (m/s) and frequency (Hz) at which it loses stability, both None if it does not.
+    """
     made = _made(name, controller)
-    return critical_speed(equipped(model), controller=made, speed_range=SPEED_RANGE)
+    found = critical_speed(equipped(model), controller=made, speed_range=SPEED_RANGE)
+    return {"speed": found.speed, "frequency": found.frequency}

@@ -19,7 +19,6 @@ from design.reproduction import DataTable, Drawing, Piece, Section, Settings, pi
 from design.reproduction.document import fragment
 from design.reproduction.drawing import INK, legend_below, panel, retitle, take_handles
 from design.reproduction.section import Data
-from design.stability.loss import CriticalSpeed
 from design.style import NEUTRAL, SERIES
 
 _CODE = ("agents/controllers/*.py",)
@@ -34,16 +33,26 @@ CAPTION = "Linear critical speeds of the sampled closed loops, tangent track."
 
 @dataclass(frozen=True)
 class Controlled:
-    """A controller and the end of steady running under it."""
+    """A controller and the end of steady running under it.
+
+    Attributes
+    ----------
+    name : str
+    reads : {"sensors", "state"}
+    speed, frequency : float or None
+        Linear critical speed (m/s) and frequency there (Hz); None if it is stable at all speeds
+        looked at.
+    """
 
     name: str
     reads: str
-    critical: CriticalSpeed
+    speed: float | None
+    frequency: float | None
 
     @property
     def reached(self) -> float:
         """Critical speed (m/s), or the highest looked at."""
-        return SPEED_RANGE[1] if self.critical.speed is None else self.critical.speed
+        return SPEED_RANGE[1] if self.speed is None else self.speed
 
 
 class Overview(Section):
@@ -86,7 +95,7 @@ class Overview(Section):
     def controlled(self, data: Data) -> list[Controlled]:
         """Return the controllers with what they reach: the coach alone, then the best first."""
         found = [
-            Controlled(name, controller.observation, data[self._critical(name).name])
+            Controlled(name, controller.observation, **data[self._critical(name).name])
             for name, controller in self._shipped.items()
         ]
         return sorted(found, key=lambda each: (each.name != PASSIVE, -each.reached))
@@ -109,8 +118,8 @@ class Overview(Section):
             f"With a yaw actuator of {1e-3 * agents.equipped(CASE.model).actuator.limit:g} kN m, a "
             "delay and a sampled controller that reads only what a train can measure, it hunts from "
             f"{_speed(best)} ({best.name}). These are linear answers on nominal wheels; large "
-            "disturbances, curves and the wheels and rails of service leave less of them, which is what "
-            "controllers are ranked by (railenv evaluate --leaderboard).",
+            "disturbances, curves and the wheels and rails of service leave less of them, which is "
+            "what controllers are ranked by (railenv evaluate --leaderboard).",
         ]
 
     def rows(self, data: Data) -> list[tuple[str, ...]]:
@@ -140,10 +149,7 @@ class Overview(Section):
     def tables(self, data: Data) -> tuple[DataTable, ...]:
         """Return the critical speeds."""
         header = ("controller", "reads", "critical_speed_m_per_s", "frequency_hz")
-        rows = [
-            (each.name, each.reads, each.critical.speed, each.critical.frequency)
-            for each in self.controlled(data)
-        ]
+        rows = [(each.name, each.reads, each.speed, each.frequency) for each in self.controlled(data)]
         return (DataTable("overview", header, rows),)
 
 
@@ -170,6 +176,8 @@ def survived(branch: CycleBranch, speed: float) -> float:
         for i in range(len(at) - 1)
         if unstable[i] and unstable[i + 1] and min(at[i], at[i + 1]) <= speed <= max(at[i], at[i + 1])
     ]
+    if not found:
+        raise ValueError(f"the branch has no unstable limit cycle at {speed:g} m/s")
     return float(min(found))
 
 
@@ -201,10 +209,8 @@ def _bars(found: Sequence[Controlled]) -> Figure:
 
 
 def _speed(each: Controlled) -> str:
-    if each.critical.speed is None:
-        return f"> {SPEED_RANGE[1]:g} m/s"
-    return f"{each.critical.speed:.1f} m/s"
+    return f"> {SPEED_RANGE[1]:g} m/s" if each.speed is None else f"{each.speed:.1f} m/s"
 
 
 def _frequency(each: Controlled) -> str:
-    return "" if each.critical.frequency is None else f"{each.critical.frequency:.2f} Hz"
+    return "" if each.frequency is None else f"{each.frequency:.2f} Hz"

@@ -36,24 +36,25 @@ _MARGIN = 1e-6  # 1/s, of growth rates
 def by_eigenvalues(
     models: Sequence[railenv.Model], speed: float, curvature: float, cant: Sequence[float]
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Tell which models have a stable equilibrium at a speed, and which one that is lost to hunting.
+    """Tell which models have a stable equilibrium at a speed, and which have lost theirs to hunting.
 
-    Hunting is an unstable pair of complex eigenvalues. Equilibria on the tread and on either flange
-    count alike, so that a model can do both.
+    Equilibria on the tread and on either flange count alike. Hunting is an unstable pair of complex
+    eigenvalues where none of them is stable. What lies beyond two flange clearances does not count.
     """
     steady = np.zeros(len(models), dtype=bool)
     hunts = steady.copy()
     for first in range(0, len(models), _AT_ONCE):
         part = slice(first, first + _AT_ONCE)
         places, jacobians = equilibria(models[part], speed, curvature, cant[part])
-        found = np.isfinite(places).all(axis=-1)
+        found = np.isfinite(places).all(axis=-1) & _inside(places[..., 0], models[0])
         poles = np.linalg.eigvals(jacobians[found])
         unstable = poles.real > _MARGIN
         stable = np.zeros(found.shape, dtype=bool)
         swings = stable.copy()
         stable[found] = ~unstable.any(axis=-1)
         swings[found] = (unstable & (np.abs(poles.imag) > _MARGIN)).any(axis=-1)
-        steady[part], hunts[part] = stable.any(axis=-1), swings.any(axis=-1)
+        steady[part] = stable.any(axis=-1)
+        hunts[part] = swings.any(axis=-1) & ~steady[part]
     return steady, hunts
 
 

@@ -7,13 +7,12 @@ Takes some minutes on two processors, prints its counts, and writes
 from __future__ import annotations
 
 import json
-import math
 import time
 from collections.abc import Callable, Sequence
-from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+import typer
 from numpy.typing import NDArray
 from rich.console import Console
 
@@ -21,7 +20,8 @@ from benchmarks.readings.axes import AXES, MODELS, Reading, model_of, readings
 from benchmarks.readings.judged import DURATION, STEP, by_eigenvalues, by_simulation
 from benchmarks.readings.letter import leaves_after
 from design.reproduction import paper
-from design.reproduction.readings import RESULTS, UNITS
+from design.reproduction.readings import RESULTS, UNITS, results
+from railenv import checks
 from railenv.files import write_whole
 
 Bools = NDArray[np.bool_]
@@ -69,8 +69,13 @@ def judged(
     return judge(models, speed, 1.0 / paper.RADIUS, cant)
 
 
-def main() -> None:
-    """Search by eigenvalues and by simulation, and write the counts."""
+def main(
+    only: Annotated[
+        list[str] | None, typer.Option(help="eigenvalues, simulation; both when left out.")
+    ] = None,
+) -> None:
+    """Search by eigenvalues and by simulation, and write the counts after each."""
+    checks.known("search", only or [], list(JUDGES))
     console = Console(highlight=False, soft_wrap=True)
     every = readings()
     found: dict[str, Any] = {
@@ -78,20 +83,21 @@ def main() -> None:
         "different": {model: len({r.key(model) for r in every}) for model in MODELS},
         "duration": DURATION,
         "step": STEP,
-        "searches": {},
+        "letter": leaves_after(),
     }
-    assert math.prod(len(options) for options in found["axes"].values()) == len(every)
-    for name, judge in JUDGES.items():
+    console.print(f"to the letter, off the track after {found['letter']} s")
+    for name in only or JUDGES:
         start = time.perf_counter()
         console.print(f"{len(every)} readings by {name}")
-        found["searches"][name] = search(judge, every, console)
+        counts = search(JUDGES[name], every, console)
         console.print(f"  {time.perf_counter() - start:.0f} s")
-    found["letter"] = leaves_after()
-    console.print(f"to the letter, off the track after {found['letter']} s")
-    RESULTS.parent.mkdir(exist_ok=True)
-    write_whole(Path(RESULTS), json.dumps(found, indent=1) + "\n")
+        kept = results()["searches"] if RESULTS.is_file() else {}
+        kept[name] = counts
+        found["searches"] = {key: kept[key] for key in JUDGES if key in kept}
+        RESULTS.parent.mkdir(exist_ok=True)
+        write_whole(RESULTS, json.dumps(found, indent=1) + "\n")
     console.print(f"wrote {RESULTS}")
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

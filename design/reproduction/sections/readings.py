@@ -18,6 +18,9 @@ from design.reproduction.settings import Settings
 from design.reproduction.store import Piece
 
 _TABLE_1 = tuple(case for case in CASES if case.vehicle.name == "TABLE_1")
+HEADER = ("judged by", "speeds in", "readings", *(f"{MODEL_TITLES[m]} alone" for m in MODELS), "both")
+"""Of the table of counts."""
+
 _JUDGED = {
     "eigenvalues": "eigenvalues at the equilibria",
     "simulation": "simulation from zero, as in the paper",
@@ -45,8 +48,8 @@ class Readings(Section):
             "table.html",
             paragraphs=[_asked(found), *_answer(found)],
             caption="Readings that are steady at the lower speed and hunt at the upper one.",
-            header=("judged by", "speeds in", "readings", *_models(), "both"),
-            rows=_counts(found),
+            header=HEADER,
+            rows=rows(found),
             words=2,
         )
         axes = fragment(
@@ -70,19 +73,16 @@ class Readings(Section):
     def tables(self, data: Data) -> tuple[DataTable, ...]:
         """Return the counts."""
         header = ("judged_by", "unit", "readings", *MODELS, "both")
-        rows = [
+        counted = [
             (name, unit, search["readings"], *(search[unit][m] for m in (*MODELS, "both")))
             for name, search in results()["searches"].items()
             for unit in UNITS
         ]
-        return (DataTable("readings", header, rows),)
+        return (DataTable("readings", header, counted),)
 
 
-def _models() -> tuple[str, ...]:
-    return tuple(f"{MODEL_TITLES[m]} alone" for m in MODELS)
-
-
-def _counts(found: dict[str, Any]) -> list[tuple[str, ...]]:
+def rows(found: dict[str, Any]) -> list[tuple[str, ...]]:
+    """Return how many readings put each model, and both, into the paper's brackets."""
     return [
         (
             _JUDGED[name],
@@ -107,8 +107,9 @@ def _asked(found: dict[str, Any]) -> str:
         f"wheelset at {dual.steady:g} and {dual.hunting:g} m/s, R = {paper.RADIUS:g} m. Table 1 gives "
         "neither, with the print corrected. Is there a way to read the printed equations under which "
         "it does, in m/s or in km/h? Every combination of the doubtful places below was tried with "
-        "Table 1's numbers: by eigenvalues, where an equilibrium on the tread or on either flange will "
-        f"do, and by the paper's own way, Runge-Kutta steps of {1e3 * found['step']:g} ms from zero "
+        "Table 1's numbers: by eigenvalues, where a stable equilibrium on the tread or on a flange "
+        "counts as steady, and as hunting that none is stable and one is lost to an oscillation; and "
+        f"by the paper's own way, Runge-Kutta steps of {1e3 * found['step']:g} ms from zero "
         f"initial conditions for {found['duration']:g} s."
     )
 

@@ -30,6 +30,9 @@ _READINGS = (
 )
 """Field of a case, what to call it, and its mark."""
 
+HEADER = ("contact", "body", *(words for _, words, _ in _READINGS), "mode lost")
+"""Of the table."""
+
 _COLORS = {"at rest": SERIES[0], "moving": SERIES[1]}
 
 
@@ -65,8 +68,8 @@ class Simplifications(Section):
             "table.html",
             paragraphs=paragraphs,
             caption=f"Speeds in m/s; curve: R = {paper.RADIUS:g} m, cant {paper.CANT} rad, linear.",
-            header=("contact", "body", *(words for _, words, _ in _READINGS), "mode lost"),
-            rows=[_row(one) for one in found],
+            header=HEADER,
+            rows=rows(found),
             words=2,
         )
 
@@ -85,11 +88,11 @@ class Simplifications(Section):
             "with_curving_m_per_s",
             "mode",
         )
-        rows = [
+        numbers = [
             (one.contact, one.body, *(getattr(one, field) for field, *_ in _READINGS), one.mode)
             for one in results()
         ]
-        return (DataTable("simplifications", header, rows),)
+        return (DataTable("simplifications", header, numbers),)
 
 
 def draw(found: tuple[Simplified, ...]) -> Drawing:
@@ -122,9 +125,12 @@ def draw(found: tuple[Simplified, ...]) -> Drawing:
     return Drawing("simplifications", figure, caption)
 
 
-def _row(one: Simplified) -> tuple[str, ...]:
-    speeds = (f"{getattr(one, field):.1f}" for field, *_ in _READINGS)
-    return (one.contact, f"body {one.body}", *speeds, one.mode)
+def rows(found: tuple[Simplified, ...]) -> list[tuple[str, ...]]:
+    """Return the table, a row for each contact and body."""
+    return [
+        (one.contact, one.body, *(f"{getattr(one, field):.1f}" for field, *_ in _READINGS), one.mode)
+        for one in found
+    ]
 
 
 def _summary(first: Simplified, last: Simplified) -> str:
