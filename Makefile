@@ -40,6 +40,8 @@ docs: $(DEVELOPED) ## regenerate the pages that are made from code and measureme
 	$(BIN)/python docs/make_environments.py --no-pictures
 	$(BIN)/python docs/make_equations.py
 	$(BIN)/railenv reproduce --out results && cp results/data/claims.json docs/claims.json
+	$(BIN)/python -m benchmarks.simplifications
+	$(BIN)/python -m benchmarks.readings.run
 	$(BIN)/python docs/make_validation.py
 	$(BIN)/python docs/make_learned.py
 	$(BIN)/python docs/make_diagram.py
