@@ -29,13 +29,15 @@ BODIES: tuple[Body, ...] = ("at rest", "moving")
 _PROFILES = ProfilePair()
 _LINEAR = _PROFILES.linear(AMPLITUDE)
 
+PAPERS = f"cone, conicity {railenv.TABLE_1.conicity:.3g}"
+LINEAR = "linear profile"
+PROFILES = "S1002 on UIC 60"
+
 CONTACTS: dict[str, ContactLaw] = {
-    "the paper's cone": railenv.Cone(railenv.TABLE_1.conicity),
-    "cone": railenv.Cone(_LINEAR.conicity),
-    "linear profile": railenv.LinearProfile(
-        _LINEAR.conicity, _LINEAR.contact_angle, _LINEAR.contact_angle_rate
-    ),
-    "S1002 on UIC 60": _PROFILES,
+    PAPERS: railenv.Cone(railenv.TABLE_1.conicity),
+    f"cone, conicity {_LINEAR.conicity:.3g}": railenv.Cone(_LINEAR.conicity),
+    LINEAR: railenv.LinearProfile(_LINEAR.conicity, _LINEAR.contact_angle, _LINEAR.contact_angle_rate),
+    PROFILES: _PROFILES,
 }
 """Contacts from the simplest to the profiles that the two in the middle are made of."""
 

@@ -13,6 +13,9 @@ from design.reproduction.simplifications import (
     AMPLITUDE,
     BODIES,
     CONTACTS,
+    LINEAR,
+    PAPERS,
+    PROFILES,
     Simplified,
     of,
     results,
@@ -49,9 +52,9 @@ class Simplifications(Section):
     def text(self, data: Data) -> Markup:
         """Return what was simplified, and the table."""
         found = results()
-        linear = CONTACTS["linear profile"]
+        linear = CONTACTS[LINEAR]
         assert isinstance(linear, LinearProfile)
-        first, last = of(found, "the paper's cone", "at rest"), of(found, "S1002 on UIC 60", "moving")
+        first, last = of(found, PAPERS, "at rest"), of(found, PROFILES, "moving")
         paragraphs = [
             f"The same coach ({HIGH_SPEED_COACH.name}, everything else equal) with one simplification "
             "of the paper after the other taken back. Contact: the paper's cone; a cone with the "
@@ -104,14 +107,14 @@ def draw(found: tuple[Simplified, ...]) -> Drawing:
         color = _COLORS[one.body]
         ax.plot([min(speeds), max(speeds)], [place, place], color=color, lw=1.0, alpha=0.5)
         for speed, (_, _, mark) in zip(speeds, _READINGS, strict=True):
-            ax.plot(speed, place, mark, color=color, ms=5.5, mfc="white" if mark == "D" else color)
+            ax.plot(speed, place, mark, color=color, ms=5.5, mfc="none" if mark == "D" else color)
     middles = places.reshape(len(CONTACTS), len(BODIES)).mean(axis=1)
-    ax.set_yticks(middles, [name.replace(" on ", "\non ") for name in CONTACTS])
+    ax.set_yticks(middles, [name.replace(" on ", "\non ").replace(", ", ",\n") for name in CONTACTS])
     ax.tick_params(axis="y", length=0)
     ax.grid(visible=False, axis="y")
     ax.set_xlabel("speed (m/s)")
     handles = [
-        ax.plot([], [], mark, color=INK, ms=5.5, mfc="white" if mark == "D" else INK, label=words)[0]
+        ax.plot([], [], mark, color=INK, ms=5.5, mfc="none" if mark == "D" else INK, label=words)[0]
         for _, words, mark in _READINGS
     ]
     handles += [
@@ -152,10 +155,12 @@ def _shares(found: tuple[Simplified, ...]) -> list[str]:
     persists = [one.persists_from / one.tangent - 1.0 for one in found]
     return [
         f"The moving body changes the linear critical speed by {_range(body)}, wheelbase curving that "
-        f"on the curve by {_range(curving)}, and hunting persists below the linear critical speed by "
-        f"{_range(persists)} (the linear answer itself is a simplification)."
+        f"on the curve by {_range(curving)}. The linear answer is a simplification itself: against it "
+        f"the speed from which hunting persists differs by {_range(persists)}. What one simplification "
+        "costs depends on the others: on profiles, where the contact angle grows with the shift, the "
+        "body matters least, and a curve moves the wheelsets to where the contact is another."
     ]
 
 
 def _range(changes: list[float]) -> str:
-    return f"{max(changes):+.0%} to {min(changes):+.0%}"
+    return f"{max(changes):.0%} to {min(changes):.0%}".replace("-", "\u2212")
