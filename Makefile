@@ -16,7 +16,7 @@ help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-13s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 	@echo "The first target run creates $(VENV) with $(PYTHON); override with PYTHON=python3.12."
 
-demo: $(INSTALLED) ## write the first page of the reproduction report to results/
+demo: $(INSTALLED) ## show what railenv can do; first page of the report in results/
 	$(BIN)/railenv reproduce --first-page --out results
 
 report: $(INSTALLED) ## write the whole reproduction report to results/ (minutes)
@@ -40,6 +40,8 @@ docs: $(DEVELOPED) ## regenerate the pages that are made from code and measureme
 	$(BIN)/python docs/make_environments.py --no-pictures
 	$(BIN)/python docs/make_equations.py
 	$(BIN)/railenv reproduce --out results && cp results/data/claims.json docs/claims.json
+	$(BIN)/python -m benchmarks.simplifications
+	$(BIN)/python -m benchmarks.readings.run
 	$(BIN)/python docs/make_validation.py
 	$(BIN)/python docs/make_learned.py
 	$(BIN)/python docs/make_diagram.py

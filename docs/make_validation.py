@@ -19,10 +19,13 @@ from numpy.typing import NDArray
 
 import design
 import railenv
+from design.reproduction import sections
 from design.reproduction.adhesion import adhesion_limit
 from design.reproduction.cases import CASES, MODEL_TITLES
 from design.reproduction.paper import CANT, RADIUS
+from design.reproduction.readings import results as searched
 from design.reproduction.sections.claims import WORDS
+from design.reproduction.simplifications import results as simplified
 from railenv.contact.laws import ContactLaw
 from railenv.equations.contact import creep_magnitude, normal_contact, point, saturation, wheel
 from railenv.equations.coordinates import Motion, Rail, Running
@@ -36,6 +39,8 @@ PERTURBATION = {"y_w1": 1e-3}
 SAMPLES = 300
 STEP = 1e-30
 """Of complex-step derivatives."""
+
+DEMO = "a demo of continuation at bifurcation.de"
 
 TABLE_1_BOGIE = railenv.Bogie(railenv.TABLE_1)
 TABLE_1_DUAL = railenv.DualWheelset(railenv.TABLE_1)
@@ -69,7 +74,7 @@ def tangent() -> str:
     coach = railenv.HIGH_SPEED_COACH
     linear = railenv.Bogie(coach.replace(contact=railenv.LinearProfile(0.2, 0.03, 13.6)))
     cases = (
-        ("Cooperrider bogie", railenv.CooperriderBogie(), "68.66 m/s", "a public continuation demo"),
+        ("Cooperrider bogie", railenv.CooperriderBogie(), "68.66", DEMO),
         ("Cooperrider bogie", railenv.CooperriderBogie(), "68.644 m/s at 3.998 Hz", other),
         ("`TABLE_1`, bogie", TABLE_1_BOGIE, "12.460 m/s at 0.763 Hz", other),
         ("`TABLE_1`, dual wheelset", TABLE_1_DUAL, "34.175 m/s at 1.868 Hz", other),
@@ -375,6 +380,16 @@ def adhesion() -> str:
     return table(("`TABLE_1_PRINTED_LOADS`", "all adhesion is taken at"), rows)
 
 
+def simplifications() -> str:
+    """Speeds of the coach with one simplification of the paper after the other taken back."""
+    return table(sections.simplifications.HEADER, sections.simplifications.rows(simplified()))
+
+
+def readings() -> str:
+    """How many readings of the print give the paper's speeds."""
+    return table(sections.readings.HEADER, sections.readings.rows(searched()))
+
+
 MAKERS = {
     "tangent": tangent,
     "klingel": klingel,
@@ -386,6 +401,8 @@ MAKERS = {
     "limits": limits,
     "paper": paper,
     "adhesion": adhesion,
+    "readings": readings,
+    "simplifications": simplifications,
 }
 """Every table of the page, by the name in its comments."""
 

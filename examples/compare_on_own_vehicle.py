@@ -13,8 +13,8 @@ from agents.evaluation.leaderboard import markdown
 
 MINE = """\
 base = "HIGH_SPEED_COACH"
-name = "WORN_COACH"
-provenance = "the shipped coach with worn wheels"
+name = "STEEP_COACH"
+provenance = "the shipped coach on steeper cones"
 conicity = 0.15
 """
 

@@ -1,5 +1,6 @@
-"""The section of the reproduction report on controllers: how far each pushes the Hopf point."""
+"""Sections of the report: what the package does, and how far controllers push the Hopf point."""
 
+from agents.reproduction.overview import Overview
 from agents.reproduction.section import HopfPush
 
-__all__ = ["HopfPush"]
+__all__ = ["HopfPush", "Overview"]

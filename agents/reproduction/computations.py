@@ -13,10 +13,14 @@ from agents.evaluation.evaluating import evaluate
 from agents.evaluation.evaluation import Plan
 from agents.evaluation.growth import linear_growth_rates
 from design.reproduction.cases import Case
+from design.stability.critical_speed import critical_speed
 from railenv import HIGH_SPEED_COACH_HOLLOW, Bogie
 
 CASE = Case("bogie", HIGH_SPEED_COACH_HOLLOW)
 """The vehicle that the shipped controllers are for."""
+
+SPEED_RANGE = (20.0, 400.0)
+"""m/s, within which the critical speeds of closed loops are looked for."""
 
 
 def plain(controller: Loaded) -> dict[str, Any]:
@@ -56,3 +60,16 @@ def growth(
     """Find the growth rates of the least stable mode of the linear closed loop, in 1/s."""
     rates = linear_growth_rates(equipped(model), _made(name, controller), speeds)
     return {"speeds": list(speeds), "rates": rates}
+
+
+def critical(model: Bogie, name: str, controller: Mapping[str, Any]) -> dict[str, float | None]:
+    """Find the linear critical speed of the sampled closed loop on tangent track.
+
+    Returns
+    -------
+    dict
+        speed (m/s) and frequency (Hz) at which it loses stability, both None if it does not.
+    """
+    made = _made(name, controller)
+    found = critical_speed(equipped(model), controller=made, speed_range=SPEED_RANGE)
+    return {"speed": found.speed, "frequency": found.frequency}

@@ -37,6 +37,12 @@ MOST = 0.9
 NEAR = 0.2
 """Relative distance of two frequencies that count as close."""
 
+AROUND = 1.5
+"""Factor within which a frequency is around another."""
+
+SIGNIFICANT = 0.05
+"""Relative change of a critical speed that is significant."""
+
 CREEP_TOLERANCE = 0.1
 """Difference of two creep laws, over the adhesion limit, that counts as good agreement; FASTSIM itself
 differs from the exact theory by half of it."""

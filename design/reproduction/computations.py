@@ -33,7 +33,9 @@ _FAST = 200.0
 _STATES = ("y_w1", "psi_w1", "y_b", "psi_b")
 _BISECTIONS = 7  # from 0.8 of the linear critical speed to 1.2 of it: to 0.3 % of it
 _BELOW, _ABOVE = 0.8, 1.2
-_KEPT = 0.98  # of the amplitude over half a simulation: less is a decay
+KEPT = 0.98
+"""Of the amplitude over half a simulation: less is a decay."""
+
 _SAMPLE = 2e-3  # s, between samples of a motion
 _ROWS = 65  # kept of a limit cycle
 
@@ -123,7 +125,7 @@ def simulated_critical_speed(
         time, y = np.asarray(found.time), np.asarray(found.outputs)[0]
         end = y[time >= duration - window]
         middle = y[(time >= duration / 2.0 - window) & (time < duration / 2.0)]
-        return _hunts(model, end) and bool(np.ptp(end) > _KEPT * np.ptp(middle))
+        return _hunts(model, end) and bool(np.ptp(end) > KEPT * np.ptp(middle))
 
     low, high = _BELOW * _speed(critical), _ABOVE * _speed(critical)
     if hunts(low) or not hunts(high):

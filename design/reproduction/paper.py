@@ -22,6 +22,9 @@ DIAGRAM_SPEEDS = (10.0, 180.0)
 LINEAR_TO_SIMULATED = 0.0875
 """Difference between the linear and the simulated critical speed, section 4.1."""
 
+NATURAL = 1.0
+"""Hz, around which a bogie's natural frequencies usually are, section 4.4."""
+
 
 @dataclass(frozen=True)
 class Printed:

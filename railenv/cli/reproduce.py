@@ -30,7 +30,7 @@ def reproduce(
     ] = False,
     first_page: Annotated[
         bool,
-        typer.Option("--first-page", help="Only the claims that take seconds, and critical speeds."),
+        typer.Option("--first-page", help="Only what takes seconds."),
     ] = False,
     jobs: Annotated[
         int | None, typer.Option("--jobs", "-j", min=1, help="Processes; as many as processors.")
@@ -39,7 +39,7 @@ def reproduce(
         bool, typer.Option("--fresh", help="Forget what was computed before; otherwise it is kept.")
     ] = False,
 ) -> None:
-    """Compute every result of the paper again and write them, beside its claims, to report.html."""
+    """Show what the package does, and every result of the paper, computed again beside its claims."""
     from design.reproduction import Interrupted
 
     try:
@@ -64,7 +64,7 @@ def run(
 
     mpl.use("Agg")
     from agents.evaluation.evaluation import Plan
-    from agents.reproduction import HopfPush
+    from agents.reproduction import HopfPush, Overview
     from design.reproduction import FULL, QUICK, first_page, reproduce, whole_report
     from design.reproduction.sections.claims import Claims
     from design.reproduction.sections.critical_speeds import CriticalSpeeds
@@ -72,14 +72,14 @@ def run(
     if first and quick:
         raise ParameterError("--first-page and --quick are both given; the first page has one form")
     settings = QUICK if quick else FULL
-    if first:
-        sections = first_page(settings)
+    if first:  # coarse limit cycles will do
+        sections = first_page(settings, [Overview(QUICK)])
     else:
         plan = Plan()
         if quick:
             short = Plan.quick()
             plan = dataclasses.replace(short, curves=short.curves[:1], delays=())
-        sections = whole_report(settings, [HopfPush(settings, plan)])
+        sections = whole_report(settings, [HopfPush(settings, plan)], [Overview(settings)])
     report = reproduce(
         sections,
         directory,
@@ -89,6 +89,8 @@ def run(
         console=progress,
     )
     for section in sections:
+        if isinstance(section, Overview):
+            show_overview(section, report.data, console)
         if isinstance(section, Claims):
             console.print(claims_table(section.claims(report.data)))
         if isinstance(section, CriticalSpeeds):
@@ -112,6 +114,22 @@ def _note(quick: bool, first: bool) -> str:
             "reproduce computes the whole report."
         )
     return "Whole report."
+
+
+def show_overview(section: Any, data: Any, console: Console) -> None:
+    """Print what the package does: a coach's critical speeds, and what controllers make of them."""
+    from agents.reproduction.overview import CAPTION, HEADINGS
+
+    console.rule(f"[bold]{section.title}")
+    for sentence in section.sentences(data):
+        console.print(sentence, highlight=False)
+        console.print()
+    table = Table(box=box.SIMPLE, padding=(0, 1), pad_edge=False, caption=CAPTION)
+    for i, heading in enumerate(HEADINGS):
+        table.add_column(heading, justify="right" if i > 1 else "left")
+    for row in section.rows(data):
+        table.add_row(*row)
+    console.print(table)
 
 
 def claims_table(claims: Sequence[Any]) -> Table:

@@ -13,21 +13,35 @@ from design.reproduction.sections.diagrams import Diagrams
 from design.reproduction.sections.limit_cycles import LimitCycles
 from design.reproduction.sections.map import Map
 from design.reproduction.sections.motions import Motions
+from design.reproduction.sections.readings import Readings
+from design.reproduction.sections.simplifications import Simplifications
 from design.reproduction.sections.spectra import Spectra
 from design.reproduction.sections.vehicles import Vehicles
 from design.reproduction.settings import Settings
 
 
-def first_page(settings: Settings) -> tuple[Section, ...]:
-    """Return the sections of the first page: the claims that take seconds, and the critical speeds."""
-    return (Claims(settings, whole=False), CriticalSpeeds(), Adhesion(settings, whole=False))
-
-
-def whole_report(settings: Settings, further: Sequence[Section] = ()) -> tuple[Section, ...]:
-    """Return all sections, with further ones before the parameters of the vehicles."""
+def first_page(settings: Settings, leading: Sequence[Section] = ()) -> tuple[Section, ...]:
+    """Return the sections of the first page: those that take seconds, behind the leading ones."""
     return (
+        *leading,
+        Claims(settings, whole=False),
+        CriticalSpeeds(),
+        Simplifications(),
+        Readings(settings),
+        Adhesion(settings, whole=False),
+    )
+
+
+def whole_report(
+    settings: Settings, further: Sequence[Section] = (), leading: Sequence[Section] = ()
+) -> tuple[Section, ...]:
+    """Return all sections behind the leading ones, further ones before the vehicles' parameters."""
+    return (
+        *leading,
         Claims(settings, whole=True),
         CriticalSpeeds(),
+        Simplifications(),
+        Readings(settings),
         Adhesion(settings, whole=True),
         Creep(),
         Motions(),

@@ -8,8 +8,10 @@ from markupsafe import Markup
 
 from design.reproduction.cases import VEHICLES
 from design.reproduction.claims import Claim, Evidence, counts
+from design.reproduction.claims_of_body import BODY_RULES, body_pieces
 from design.reproduction.claims_of_creep import CREEP_RULES, creep_pieces
 from design.reproduction.claims_of_diagrams import FURTHER_RULES, further_pieces
+from design.reproduction.claims_of_frequencies import FREQUENCY_RULES
 from design.reproduction.claims_of_motions import FIRST_RULES, first_pieces
 from design.reproduction.document import fragment
 from design.reproduction.section import Data, DataTable, Section
@@ -37,13 +39,14 @@ class Claims(Section):
 
     def pieces(self) -> tuple[Piece, ...]:
         """Return what the claims are judged by."""
-        further = further_pieces(self._settings) if self._whole else ()
+        further = (*further_pieces(self._settings), *body_pieces()) if self._whole else ()
         return (*first_pieces(), *creep_pieces(), *further)
 
     def claims(self, data: Data) -> list[Claim]:
         """Judge every claim."""
         evidence = Evidence(data, self._settings)
-        rules = (*FIRST_RULES, *CREEP_RULES, *(FURTHER_RULES if self._whole else ()))
+        further = (*FURTHER_RULES, *BODY_RULES) if self._whole else ()
+        rules = (*FIRST_RULES, *FREQUENCY_RULES, *CREEP_RULES, *further)
         return [rule(evidence) for rule in rules]
 
     def text(self, data: Data) -> Markup:
@@ -53,7 +56,7 @@ class Claims(Section):
             "claims.html",
             claims=claims,
             counts=[(v.name, counts(claims, v)) for v in VEHICLES],
-            untested=0 if self._whole else len(FURTHER_RULES),
+            untested=0 if self._whole else len(FURTHER_RULES) + len(BODY_RULES),
             meaning=_MEANING,
             words=WORDS,
         )

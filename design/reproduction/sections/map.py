@@ -19,7 +19,7 @@ class Map(Section):
     """Linear and nonlinear critical speeds against the conicity, for the coach."""
 
     key = "map"
-    title = "Beyond the paper: worn wheels"
+    title = "Beyond the paper: steeper cones"
 
     def __init__(self, settings: Settings) -> None:
         self._settings = settings
@@ -36,7 +36,7 @@ class Map(Section):
             for value, onset, rests_on, hopf, note in _rows(found)
         ]
         paragraphs = [
-            f"Wear makes wheels more conical. {COACH.title}, tangent track: below the nonlinear "
+            f"{COACH.title} over the conicity of its cones, tangent track: below the nonlinear "
             "critical speed it never hunts, between it and the Hopf point a large enough disturbance "
             "makes it hunt, above the Hopf point it must.",
         ]

@@ -14,7 +14,7 @@ def test_controllers_are_compared_on_a_vehicle_from_a_file(tmp_path):
         agents.Plan.quick(), curves=((math.inf, 0.0),), ride_duration=1.0, delays=(), noises=()
     )
     passive, damper, lqr = compare_on_own_vehicle.compare(path, plan)
-    assert passive.vehicle == "WORN_COACH"
+    assert passive.vehicle == "STEEP_COACH"
     assert passive.linear < damper.linear < lqr.linear
 
 

@@ -1,6 +1,7 @@
 """Verdicts and numbers of the claims follow the results that they are given."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -10,9 +11,18 @@ import railenv
 from design.cycles.spectrum import Spectrum
 from design.reproduction import FULL, QUICK, first_page, paper, pieces, whole_report
 from design.reproduction.adhesion import adhesion_limit
+from design.reproduction.body import (
+    LOW_CONICITY,
+    beside_body_at_rest,
+    body_damping,
+    body_moves,
+    over_damping,
+)
 from design.reproduction.cases import CASES, VEHICLES
 from design.reproduction.claims import Evidence, counts
+from design.reproduction.claims_of_body import BODY_RULES
 from design.reproduction.claims_of_diagrams import FURTHER_RULES
+from design.reproduction.claims_of_frequencies import FREQUENCY_RULES
 from design.reproduction.claims_of_motions import FIRST_RULES, describe
 from design.reproduction.sections.critical_speeds import brief
 
@@ -209,3 +219,118 @@ def test_speeds_in_few_characters(speeds):
         "48.6 f",
         "83.8 w",
     ]
+
+
+# ------------------------------------------------------------- below the critical speed, frequencies
+
+
+def judged_below(data, key):
+    return {c.key: c for c in (rule(Evidence(data, QUICK)) for rule in FREQUENCY_RULES)}[key]
+
+
+def test_rms_below_the_critical_speed_follows_the_motions(data):
+    for bogie, dual, factor in zip(CASES[:3], CASES[3:], (1.2, 0.8, 1.01), strict=True):
+        data[pieces.motion_below(bogie).name] = motion(rms=3e-3)
+        data[pieces.motion_below(dual).name] = motion(rms=factor * 3e-3)
+    claim = judged_below(data, "rms-below")
+    assert verdicts(claim) == ["agrees", "differs", "open"]
+    assert claim.findings["TABLE_1"].text == "1.20 (3.60 and 3.00 mm)"
+    assert claim.printed == "118.438 to 100.371, ratio 1.18"
+    data[pieces.motion_below(CASES[-1]).name] = None
+    assert verdicts(judged_below(data, "rms-below"))[-1] == "open"
+
+
+def test_which_model_is_quicker_below_the_critical_speed(data):
+    for bogie, dual, frequency in zip(CASES[:3], CASES[3:], (0.8, 1.2, 0.9), strict=True):
+        data[pieces.motion_below(bogie).name] = motion(frequency=1.0)
+        data[pieces.motion_below(dual).name] = motion(frequency=frequency)
+    claim = judged_below(data, "bogie-quicker-below")
+    assert verdicts(claim) == ["agrees", "differs", "agrees"]
+    assert claim.findings[COACH].text == "1.00 Hz at 100.0, 0.90 Hz at 100.0 m/s"
+
+
+def test_natural_frequencies_around_1_hz(data):
+    assert verdicts(judged_below(data, "natural-frequencies")) == ["differs"] * 3
+    near = {"hunting": 1.0, "kinematic": 1.0, "frame": np.array([0.7, 1.4])}
+    data[pieces.natural_frequencies(BOGIES[0]).name] = near
+    claim = judged_below(data, "natural-frequencies")
+    assert verdicts(claim) == ["agrees", "differs", "differs"]
+    assert claim.findings["TABLE_1"].text == "0.70, 1.40 Hz"
+
+
+@pytest.mark.parametrize("case", BOGIES, ids=lambda c: c.vehicle.name)
+def test_natural_frequencies_of_the_frame_have_closed_forms(case):
+    """Bounce and yaw of the frame on its springs, the wheelsets held."""
+    piece = pieces.natural_frequencies(case)
+    found, v = piece.function(**piece.inputs)["frame"], case.vehicle
+    bs2 = v.secondary_arm**2
+    bounce = 4.0 * v.primary_vertical_stiffness / v.frame_mass
+    yaw = (
+        4.0 * v.primary_longitudinal_stiffness * v.primary_arm**2
+        + 4.0 * v.primary_lateral_stiffness * v.half_wheelbase**2
+        + 2.0 * v.secondary_longitudinal_stiffness * bs2
+    ) / v.frame_yaw_inertia
+    for square in (bounce, yaw):
+        assert np.abs(found / (math.sqrt(square) / (2.0 * math.pi)) - 1.0).min() < 1e-6
+
+
+# ------------------------------------------------------------------------------- the body
+
+
+@pytest.fixture
+def bodies():
+    def onset(speed, mode):
+        return {"speed": speed, "frequency": 2.0, "mode": mode}
+
+    modes = ["body hunting (yaw)"] * 2 + ["bogie hunting, in phase"] * 3
+    modes += ["body hunting (upper sway)"] * 3
+    speeds = [30.0, 40.0, 100.0, 104.0, 101.0, 81.0, 65.0, 60.0]
+    return {
+        body_moves().name: {
+            "at rest": {**onset(100.0, None), "low_frequency": 0.6, "low_damping": 0.3},
+            "moving": {**onset(80.0, None), "low_frequency": 0.7, "low_damping": 0.2},
+        },
+        body_damping().name: [onset(v, m) for v, m in zip(speeds, modes, strict=True)],
+    }
+
+
+def judged_body(data, key):
+    return {c.key: c for c in (rule(Evidence(data, QUICK)) for rule in BODY_RULES)}[key]
+
+
+def test_body_matters_if_it_moves_the_critical_speed(bodies):
+    claim = judged_body(bodies, "body-moves")
+    assert verdicts(claim) == ["open", "open", "differs"]
+    assert claim.findings[COACH].text.endswith("under a body at rest from 100.0 (-20%)")
+    bodies[body_moves().name]["moving"]["speed"] = 97.0
+    assert verdicts(judged_body(bodies, "body-moves"))[-1] == "agrees"
+
+
+def test_damping_cures_body_hunting_if_more_of_it_always_helps(bodies):
+    claim = judged_body(bodies, "body-damping")
+    assert verdicts(claim) == ["open", "open", "differs"]
+    assert "helps in 2 of 4 steps: 0 times body from 30 m/s" in claim.findings[COACH].text
+    found = bodies[body_damping().name]
+    for one in found[5:]:
+        one["mode"] = "bogie hunting, in phase"
+    assert verdicts(judged_body(bodies, "body-damping"))[-1] == "agrees"
+    for one in found[:2]:
+        one["mode"] = "bogie hunting, in phase"
+    assert verdicts(judged_body(bodies, "body-damping"))[-1] == "open"
+
+
+def test_body_and_damping_are_computed_as_eigenvalues_tell():
+    """The body's cost by critical speeds; body hunting by the growth rate at one speed."""
+    coach = railenv.HIGH_SPEED_COACH
+    found = beside_body_at_rest(coach, 20.0)
+    assert found["at rest"]["speed"] == pytest.approx(116.474, abs=1e-3)
+    assert found["moving"]["speed"] == pytest.approx(95.705, abs=1e-3)
+    assert found["moving"]["mode"] == "bogie hunting, in phase"
+    flat = coach.replace(conicity=LOW_CONICITY)
+    for factor, one in zip((0.5, 2.0), over_damping(flat, (0.5, 2.0)), strict=True):
+        damping = factor * flat.secondary_lateral_damping
+        model = railenv.Coach(flat.replace(secondary_lateral_damping=damping))
+        for share, unstable in ((0.99, False), (1.01, True)):
+            poles = design.linearize(model, speed=share * one["speed"]).poles()
+            assert (poles.real.max() > 0.0) == unstable
+    assert one["mode"].startswith("body hunting")

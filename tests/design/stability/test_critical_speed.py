@@ -50,7 +50,7 @@ def test_cooperrider_bogie_hunts_from_68_644_m_per_s_at_3_998_hz():
     found = design.critical_speed(railenv.CooperriderBogie())
     assert found.speed == pytest.approx(68.644, rel=1e-3)
     assert found.frequency == pytest.approx(3.998, rel=1e-3)
-    # a public continuation demo of this bogie prints 68.66
+    # a demo at bifurcation.de prints 68.66 of this bogie, as mph although it is the number in m/s
     assert found.speed == pytest.approx(68.66, rel=1e-3)
 
 

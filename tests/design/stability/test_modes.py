@@ -121,14 +121,16 @@ def test_body_bounces_and_pitches_on_both_suspensions_as_a_chain_of_masses():
 
 
 def test_body_hunting_is_told_from_bogie_hunting(coach):
-    worn, new = (design.critical_speed(coach.replace(conicity=c)) for c in (0.05, 0.02))
-    assert worn.mode_shape.name == "bogie hunting, in phase"
-    assert str(worn) == f"bogie hunting, in phase from {worn.speed:.4f} m/s at {worn.frequency:.4f} Hz"
-    assert new.mode_shape.name == "body hunting (upper sway)"
-    assert str(new).startswith("body hunting (upper sway) from ")
-    assert worn.loss == new.loss == "hunting"
-    assert new.summary()["mode"] == "body hunting (upper sway)"
-    shares = [found.mode_shape.participation.roles["body"] for found in (worn, new)]
+    steep, flat = (design.critical_speed(coach.replace(conicity=c)) for c in (0.05, 0.02))
+    assert steep.mode_shape.name == "bogie hunting, in phase"
+    assert (
+        str(steep) == f"bogie hunting, in phase from {steep.speed:.4f} m/s at {steep.frequency:.4f} Hz"
+    )
+    assert flat.mode_shape.name == "body hunting (upper sway)"
+    assert str(flat).startswith("body hunting (upper sway) from ")
+    assert steep.loss == flat.loss == "hunting"
+    assert flat.summary()["mode"] == "body hunting (upper sway)"
+    shares = [found.mode_shape.participation.roles["body"] for found in (steep, flat)]
     assert shares[0] < 0.4
     assert shares[1] > 0.6
 

@@ -132,9 +132,9 @@ def parts(tmp_path_factory):
 
 def test_a_file_of_parts_is_a_vehicle_of_every_command(parts, tmp_path):
     assert invoke("critical-speed", "-v", parts) == "mine: hunting from 116.4739 m/s at 3.1135 Hz\n"
-    worn = json.loads(invoke("critical-speed", "-v", parts, "--set", "conicity=0.2", "--json"))
+    steep = json.loads(invoke("critical-speed", "-v", parts, "--set", "conicity=0.2", "--json"))
     plain = json.loads(invoke("critical-speed", "--set", "conicity=0.2", "--json"))
-    assert worn["speed"] == pytest.approx(plain["speed"], rel=1e-9)
+    assert steep["speed"] == pytest.approx(plain["speed"], rel=1e-9)
     damped = json.loads(
         invoke("critical-speed", "-v", parts, "--controller", "output-feedback", "--json")
     )
