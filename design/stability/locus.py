@@ -31,6 +31,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Each = TypeVar("Each")
 
+_FASTEST_DRAWN = 2.5  # times the frequency of the least damped mode, in plots over the parameter
+_HEAVIEST_DRAWN = 1.0  # damping ratio up to which modes count as oscillating
+
 
 class Locus(PoleZeroData):
     """Eigenvalues over a parameter, as python-control's data of a root locus.
@@ -104,6 +107,28 @@ class Locus(PoleZeroData):
     def frequency(self) -> Array:
         """Frequency (Hz) of every mode at every value, shape (n_values, n_modes)."""
         return np.abs(self.eigenvalues.imag) / (2.0 * math.pi)
+
+    @property
+    def beside_least_damped(self) -> tuple[int, ...]:
+        """Columns of the modes that pictures show beside the least damped one.
+
+        Those that somewhere oscillate up to some multiple of its frequency, less than critically damped.
+        """
+        fastest = _FASTEST_DRAWN * max(float(self.frequency[:, self.least_damped].max()), 1e-9)
+        oscillates = self.eigenvalues.imag > 0.0
+        drawn = oscillates & (self.frequency <= fastest) & (self.damping < _HEAVIEST_DRAWN)
+        chosen = np.flatnonzero(drawn.any(axis=0)).tolist()
+        return tuple(k for k in chosen if k != self.least_damped)
+
+    @property
+    def window(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Part of the upper half plane around the least damped mode: limits across (1/s) and up."""
+        marked = self.loci[:, self.least_damped]
+        top = 1.25 * float(np.abs(marked.imag).max())
+        if top == 0.0:  # a real mode: as high as it is wide
+            top = 0.6 * float(np.abs(marked.real).max()) or 1.0
+        left = 1.6 * min(float(marked.real.min()), -0.08 * top)
+        return (left, max(0.08 * top, 1.5 * float(marked.real.max()))), (-0.03 * top, top)
 
     @cached_property
     def critical_points(self) -> tuple[CriticalPoint, ...]:
