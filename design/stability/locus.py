@@ -24,6 +24,7 @@ from railenv import checks
 from railenv.equilibrium import LOW_SPEED, Point, follow_speeds
 from railenv.errors import EquilibriumError, ParameterError
 from railenv.models import Model
+from railenv.threads import one_blas_thread
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -154,7 +155,8 @@ class Locus(PoleZeroData):
         low, high = float(self.values[0]), float(self.values[-1])
         value = checks.number(self.parameter, value, low=low, high=high, unit=self.unit)
         nearest = int(np.argmin(np.abs(self.values - value)))
-        return follow([self._followed[nearest], self._family.modes(value)], self.period)[1]
+        with one_blas_thread():
+            return follow([self._followed[nearest], self._family.modes(value)], self.period)[1]
 
     def _chosen(self, value: float, mode: int | None) -> tuple[Complex, complex, str]:
         """Return eigenvector, eigenvalue and condition of a mode at a value."""
@@ -310,17 +312,18 @@ def speed_locus(
     """
     targets = checks.numbers("speeds", speeds, least=2)
     checks.curvature(radius)
-    family = Speeds(model, dynamics(model, controller, period), float(radius), checks.cant(cant))
-    followed = follow_speeds(model, targets, radius=radius, cant=cant)
-    points, ended = while_running(followed, "speed locus")
-    reached = targets[: len(points)]
-    low = float(reached[0]) if controller is not None else min(float(reached[0]), LOW_SPEED)
-    search = (low, float(targets[-1]))
-    critical = critical_speed(
-        model, radius=radius, cant=cant, speed_range=search, controller=controller, period=period
-    )
-    modes = [family.about(p, float(v)) for p, v in zip(points, reached, strict=True)]
-    return SpeedLocus(reached, modes, family, critical=critical, ended=ended)
+    with one_blas_thread():
+        family = Speeds(model, dynamics(model, controller, period), float(radius), checks.cant(cant))
+        followed = follow_speeds(model, targets, radius=radius, cant=cant)
+        points, ended = while_running(followed, "speed locus")
+        reached = targets[: len(points)]
+        low = float(reached[0]) if controller is not None else min(float(reached[0]), LOW_SPEED)
+        search = (low, float(targets[-1]))
+        critical = critical_speed(
+            model, radius=radius, cant=cant, speed_range=search, controller=controller, period=period
+        )
+        modes = [family.about(p, float(v)) for p, v in zip(points, reached, strict=True)]
+        return SpeedLocus(reached, modes, family, critical=critical, ended=ended)
 
 
 def while_running(points: Iterable[Each], locus: str) -> tuple[list[Each], str | None]:

@@ -23,7 +23,6 @@ from railenv.contact.laws import ContactLaw, LinearContact
 from railenv.contact.pair_picture import PairPicture, furthest_shift, picture
 from railenv.errors import ParameterError, SimulationError
 from railenv.explorer.steps import DIAGRAM_OFFSETS, PIECE, POINTS, SPEEDS, diagram_speeds
-from railenv.threads import one_blas_thread
 
 if TYPE_CHECKING:
     from design.stability.modes import Modes
@@ -160,10 +159,9 @@ def stability(state: State) -> Stability:
     model, controller = state.model(), _feedback(state)
     low, high = state.speed_range
     speeds = np.linspace(low, high, SPEEDS)
-    with one_blas_thread():
-        locus = design.speed_locus(
-            model, speeds, radius=state.radius, cant=state.cant, controller=controller
-        )
+    locus = design.speed_locus(
+        model, speeds, radius=state.radius, cant=state.cant, controller=controller
+    )
     return Stability(model, locus)
 
 
@@ -181,8 +179,7 @@ def present(state: State, found: Stability) -> Present:
         raise ParameterError(
             f"there is no running equilibrium at {state.speed:g} m/s, seen up to {last:.4g} m/s"
         )
-    with one_blas_thread():
-        modes = locus.at(state.speed)
+    modes = locus.at(state.speed)
     k = modes.least_damped
     where = f"speed = {locus.written(state.speed)}"
     shape = ModeShape.of(found.model, modes.vectors[:, k], complex(modes.eigenvalues[k]), where)

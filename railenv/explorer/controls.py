@@ -11,6 +11,7 @@ from typing import Any, Literal
 import panel as pn
 
 from agents.problems.damper import PrimaryDamper, YawDamper
+from design.style import STABLE
 from railenv import PRESETS, Assembly, Cone, HollowTread, LinearProfile, ProfilePair, Vehicle, checks
 from railenv.contact.laws import ContactLaw
 from railenv.contact.profiles import SHIPPED, Profile
@@ -156,6 +157,7 @@ class Controls:
             step=step,
             value=low,
             format="0[.]0[000]",
+            bar_color=STABLE,
             sizing_mode="stretch_width",
             margin=(4, 8),
             stylesheets=[CONTROL],
@@ -282,6 +284,7 @@ class Controls:
             step=1.0,
             value=(5.0, 200.0),
             format="0[.]0",
+            bar_color=STABLE,
             sizing_mode="stretch_width",
             margin=(4, 8),
             stylesheets=[CONTROL],

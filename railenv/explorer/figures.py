@@ -7,14 +7,18 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from bokeh.core.properties import value as constant
 from bokeh.models import (
     ColumnDataSource,
+    CustomJS,
     FixedTicker,
     HoverTool,
     LabelSet,
     Legend,
     Range1d,
+    Slider,
     Span,
+    Toggle,
 )
 from bokeh.plotting import figure
 from numpy.typing import NDArray
@@ -33,11 +37,11 @@ from railenv.explorer.computations import (
     Stability,
 )
 from railenv.explorer.steps import DIAGRAM_OFFSETS
+from railenv.explorer.style import FONT
 
 Array = NDArray[np.float64]
 
 INK, EDGE, GRID = "#333333", "#5c666b", "#e3e6e8"
-FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', 'DejaVu Sans', sans-serif"
 LEADING, TRAILING = SERIES[0], SERIES[1]
 
 FRAMES = 250
@@ -86,7 +90,7 @@ def plot(title: str, x: str, y: str, *, height: int = 300, **more: Any) -> Any:
     return f
 
 
-def legend(f: Any, entries: Mapping[str, Any], place: str = "below") -> None:
+def legend(f: Any, entries: Mapping[str, Any], columns: int = 3) -> None:
     """Put a legend beside a figure, so that it hides nothing."""
     items = [
         (name, glyphs if isinstance(glyphs, list) else [glyphs]) for name, glyphs in entries.items()
@@ -105,10 +109,10 @@ def legend(f: Any, entries: Mapping[str, Any], place: str = "below") -> None:
             glyph_width=18,
             glyph_height=14,
             background_fill_alpha=0.0,
-            ncols="auto",
-            click_policy="none",
+            ncols=columns,
+            location="center",
         ),
-        place,
+        "below",
     )
 
 
@@ -160,7 +164,7 @@ class LocusFigure:
                 source=self.ticks,
                 x_offset=7,
                 y_offset=-5,
-                text_font=FONT,
+                text_font=constant(FONT),
                 text_font_size="10px",
                 text_color=EDGE,
             )
@@ -399,7 +403,7 @@ class HistoryFigures:
             self.history.add_layout(span)
         self.cursor = upright(self.history, line_color=INK, line_width=1, line_dash="dotted")
         drawn["flange clearance"] = self.history.line(
-            [], [], color=NEUTRAL, line_dash="dashed", line_width=1.3
+            [_NAN], [_NAN], color=NEUTRAL, line_dash="dashed", line_width=1.3
         )
         legend(self.history, drawn)
         self.density = source("x", "y")
@@ -461,7 +465,7 @@ _DRAWN: Mapping[str, dict[str, Any]] = {
 """How lines of each kind are drawn, as in the pictures of modes."""
 
 _MOVE = """
-const k = Math.min(cb_obj.value, frames.data.time.length - 1)
+const k = Math.min(picture.value, frames.data.time.length - 1)
 for (const [name, drawn] of Object.entries(sources)) {
   const x = frames.data[name + "_x"], y = frames.data[name + "_y"]
   const n = x.length / frames.data.time.length
@@ -471,6 +475,20 @@ for (const [name, drawn] of Object.entries(sources)) {
 cursor.location = frames.data.time[k]
 """
 """Shows a picture of the motion; runs in the browser, where it needs no round trip."""
+
+_PLAY = """
+clearInterval(picture.timer)
+if (play.active) {
+  picture.timer = setInterval(() => {
+    picture.value = picture.value >= picture.end ? 0 : picture.value + 1
+  }, %d)
+}
+play.label = play.active ? "Pause" : "Play"
+"""
+"""Shows picture after picture."""
+
+PICTURE_TIME = 50
+"""ms between two pictures."""
 
 
 class VehicleFigures:
@@ -487,22 +505,37 @@ class VehicleFigures:
         self.rails = {view: source("xs", "ys", "width") for view in ("plan", "front")}
         self.frames = ColumnDataSource({"time": [0.0]})
         self.sources: dict[str, ColumnDataSource] = {}
+        # what the browser moves by itself is not told to the server
+        cursor.syncable = False
         for view, f in (("plan", self.plan), ("front", self.front)):
             f.multi_line("xs", "ys", source=self.rails[view], color=NEUTRAL, line_width="width")
             for kind, style in _DRAWN.items():
-                self.sources[f"{view}_{kind}"] = s = source("x", "y")
+                s = ColumnDataSource({"x": [], "y": []}, syncable=False)
+                self.sources[f"{view}_{kind}"] = s
                 f.line("x", "y", source=s, **style)
         self.frames.data = {"time": np.zeros(1), **self._nothing()}
+        self.picture = Slider(
+            start=0,
+            end=1,
+            step=1,
+            value=0,
+            title="",
+            show_value=False,
+            bar_color=STABLE,
+            syncable=False,
+        )
+        self.picture.update(sizing_mode="stretch_width", min_width=120, margin=(8, 14))
+        self.play = Toggle(label="Play", active=False, width=80, margin=(4, 6))
+        moved: dict[str, Any] = {"frames": self.frames, "sources": self.sources, "cursor": cursor}
+        move = CustomJS(args={**moved, "picture": self.picture}, code=_MOVE)
+        self.picture.js_on_change("value", move)
+        self.frames.js_on_change("data", move)
+        play = CustomJS(args={"picture": self.picture, "play": self.play}, code=_PLAY % PICTURE_TIME)
+        self.play.js_on_change("active", play)
+        self._started = False
 
-    code = _MOVE
-
-    @property
-    def arguments(self) -> dict[str, Any]:
-        """What the script that moves the vehicle needs."""
-        return {"frames": self.frames, "sources": self.sources, "cursor": self.cursor}
-
-    def show_motion(self, model: VehicleModel, moved: Motion) -> int:
-        """Take over a motion in time; return the number of pictures."""
+    def show_motion(self, model: VehicleModel, moved: Motion) -> None:
+        """Take over a motion in time."""
         time = np.asarray(moved.response.time)
         chosen = np.unique(np.linspace(0, len(time) - 1, min(FRAMES, len(time))).astype(int))
         geometry = geometry_of(model)
@@ -512,14 +545,18 @@ class VehicleFigures:
             else []
         )
         moves = {n: moved[n][chosen] for n in names}
+        for (
+            name
+        ) in names:  # springs give way to the load, which pictures of bodies at rest have in them
+            if name.startswith(("z_", "theta_")):
+                moves[name] = moves[name] - moved[name][0]
         factor = enlargement(geometry, moves)
         self._take(model, {n: factor * v for n, v in moves.items()}, time[chosen])
         self.plan.title.text = f"Plan view: displacements × {factor:g}"
         self.front.title.text = f"From behind: × {factor:g}"
-        return len(chosen)
 
-    def show_mode(self, model: VehicleModel, now: Present) -> int:
-        """Take over a period of the least damped mode; return the number of pictures."""
+    def show_mode(self, model: VehicleModel, now: Present) -> None:
+        """Take over a period of the least damped mode."""
         phase = np.linspace(0.0, 2.0 * math.pi, PHASES, endpoint=False)
         shape = now.shape
         factor = magnification(shape) if shape.geometry else 1.0
@@ -530,7 +567,6 @@ class VehicleFigures:
         self._take(model, moves, np.zeros(PHASES))
         self.plan.title.text = f"Plan view: {shape.name}, {shape.frequency:.2f} Hz"
         self.front.title.text = "From behind"
-        return PHASES
 
     def _take(self, model: VehicleModel, moves: Mapping[str, Array], time: Array) -> None:
         geometry = geometry_of(model)
@@ -550,8 +586,9 @@ class VehicleFigures:
                         data[f"{view}_{kind}_y"] = joined.imag.astype(np.float32)
             self._show_rails(geometry)
         self.frames.data = data
-        for name, s in self.sources.items():
-            s.data = {"x": data[f"{name}_x"][0], "y": data[f"{name}_y"][0]}
+        if not self._started:
+            self._started = self.play.active = True
+        self.picture.end = max(len(time) - 1, 1)
 
     def _nothing(self, count: int = 1) -> dict[str, Any]:
         return {f"{name}_{c}": np.full((count, 1), _NAN) for name in self.sources for c in "xy"}
@@ -697,6 +734,7 @@ class DiagramFigure:
             "Bifurcation diagram", "speed (m/s)", "amplitude of the leading wheelset (mm)", height=380
         )
         self.figure = f
+        f.visible = False  # until there is something
         f.y_range.start = 0.0
         self.stable, self.unstable = source("x", "y"), source("x", "y")
         self.steady, self.lost = source("x", "y"), source("x", "y")
@@ -729,6 +767,7 @@ class DiagramFigure:
     def show(self, found: Diagram) -> None:
         """Draw what there is of the diagram."""
         self.clear()
+        self.figure.visible = True
         if found.branch is not None:
             self._show_branch(found)
         for k, s in enumerate(self.simulated):

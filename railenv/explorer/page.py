@@ -34,7 +34,6 @@ GRAVITY = 9.81
 
 _KMH = 3.6
 _HISTORY, _MODE = "time history", "least damped mode"
-_PICTURE_TIME = 50  # ms between two pictures of the moving vehicle
 _COPY = """
 navigator.clipboard.writeText(text.value).then(() => {
   button.label = "Copied"
@@ -218,14 +217,11 @@ class Page:
         if self._shows_mode:
             if self.present is None:
                 return
-            count = self._vehicle.show_mode(model, self.present)
+            self._vehicle.show_mode(model, self.present)
         else:
             if self.motion is None:
                 return
-            count = self._vehicle.show_motion(model, self.motion)
-        self.player.end = count - 1
-        if self.player.value >= count:
-            self.player.value = 0
+            self._vehicle.show_motion(model, self.motion)
 
     @property
     def _shows_mode(self) -> bool:
@@ -353,21 +349,6 @@ class Page:
         self._history = HistoryFigures()
         self._vehicle = VehicleFigures(self._history.cursor)
         self._contact, self._diagram = ContactFigures(), DiagramFigure()
-        self.player = pn.widgets.Player(
-            start=0,
-            end=1,
-            value=0,
-            interval=_PICTURE_TIME,
-            loop_policy="loop",
-            direction=1,
-            show_loop_controls=False,
-            visible_buttons=["previous", "pause", "play", "next"],
-            show_value=False,
-            scale_buttons=0.8,
-            width=260,
-            margin=(0, 6),
-        )
-        self.player.jscallback(value=self._vehicle.code, args=self._vehicle.arguments)
         self.moves = pn.widgets.RadioButtonGroup(
             options=[_HISTORY, _MODE],
             value=_HISTORY,
@@ -423,8 +404,12 @@ class Page:
             ),
             panel(
                 grid(style.VIEWS, drawn(self._vehicle.plan), drawn(self._vehicle.front)),
-                pn.FlexBox(
-                    self.moves, self.player, margin=0, align_items="center", sizing_mode="stretch_width"
+                pn.Row(
+                    self.moves,
+                    drawn(self._vehicle.play),
+                    drawn(self._vehicle.picture),
+                    margin=0,
+                    sizing_mode="stretch_width",
                 ),
             ),
             panel(

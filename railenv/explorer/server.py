@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import socket
 import warnings
-from functools import partial
 from typing import Any
 
 import panel as pn
@@ -20,16 +19,38 @@ ADDRESS = "127.0.0.1"
 """The loopback address: other machines do not reach the page."""
 
 PORT = 5006
+
 TITLE = "railenv explore"
+
+
+_TEMPLATE = f"""
+{{% extends base %}}
+{{% block postamble %}}
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<style>{style.WHOLE}</style>
+<script>
+// a file that misses its place would be opened instead of the page, and all would be lost
+for (const name of ["dragover", "drop"]) {{
+  window.addEventListener(name, (event) => {{
+    if (!event.composedPath().some((part) => part.type === "file")) event.preventDefault()
+  }})
+}}
+</script>
+{{% endblock %}}
+{{% block contents %}}
+{{{{ embed(roots.page) }}}}
+{{% endblock %}}
+"""
+"""The page around what Panel draws."""
 
 
 def build(state: State) -> Any:
     """Return the page of a new session."""
-    pn.extension()
-    pn.config.raw_css = [style.WHOLE]
     page = Page(state)
     pn.state.on_session_destroyed(lambda _: page.close())
-    return page.layout
+    template = pn.Template(_TEMPLATE)
+    template.add_panel("page", page.layout)
+    return template
 
 
 def server(state: State, port: int = PORT) -> Any:
@@ -49,12 +70,17 @@ def server(state: State, port: int = PORT) -> Any:
     """
     port = checks.whole("port", port, low=0, high=65535)
     chosen = _free_port(port)
+
+    def page() -> Any:
+        return build(state)
+
     # pages of other sites in the same browser may not talk to it
     origins = [f"{host}:{chosen}" for host in (ADDRESS, "localhost")]
     warnings.filterwarnings("ignore", "the speed locus ends early", UserWarning)
+    pn.extension()
     logging.getLogger("bokeh").setLevel(logging.ERROR)
     return pn.serve(
-        {"/": partial(build, state)},
+        {"/": page},
         address=ADDRESS,
         port=chosen,
         websocket_origin=origins,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from design.style import STABLE, UNSTABLE
 
-FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', 'DejaVu Sans', sans-serif"
+FONT = "Helvetica, Arial, 'Liberation Sans', sans-serif"
 INK, LABEL, EDGE, PAPER = "#262d31", "#5c666b", "#dfe4e7", "#f3f5f6"
 
 WHOLE = f"""
@@ -83,8 +83,6 @@ CARD = f"""
 CONTROL = f"""
 :host {{ font-family: {FONT}; font-size: 13px; color: {LABEL}; --design-primary-color: {STABLE}; }}
 label, .bk-slider-title {{ font-size: 13px; color: {LABEL}; }}
-.noUi-connect {{ background: {STABLE} !important; }}
-.noUi-handle {{ border-color: {STABLE} !important; }}
 .bk-btn {{ font-size: 13px; white-space: normal; padding: 5px 6px; line-height: 1.15; }}
 .bk-btn.bk-active {{ background: {STABLE} !important; color: #ffffff !important; border-color: {STABLE} !important; }}
 """
@@ -98,14 +96,18 @@ input[type=file]:hover {{ border-color: {STABLE}; }}
 
 BUTTON = f"""
 :host {{ font-family: {FONT}; }}
-.bk-btn {{ font-family: {FONT}; font-size: 13px; font-weight: 550; border-radius: 6px; padding: 7px 12px;
-  border: 1px solid {STABLE}; color: {STABLE}; background: #ffffff; }}
-.bk-btn:hover {{ background: #eaf3f6; }}
+.bk-btn {{ font: 550 13px {FONT} !important; border-radius: 6px !important; padding: 7px 12px !important;
+  border: 1px solid {STABLE} !important; color: {STABLE} !important; background: #ffffff !important; }}
+.bk-btn:hover {{ background: #eaf3f6 !important; }}
+.bk-btn[disabled] {{ opacity: 0.45; }}
 """
 
 STRONG = (
     BUTTON
-    + f".bk-btn {{ background: {STABLE}; color: #ffffff; }} .bk-btn:hover {{ background: #185a71; }}"
+    + f"""
+.bk-btn {{ background: {STABLE} !important; color: #ffffff !important; }}
+.bk-btn:hover {{ background: #185a71 !important; }}
+"""
 )
 
 NOTE = f"""

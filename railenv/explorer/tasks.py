@@ -61,10 +61,10 @@ Update = (
 
 @dataclass
 class Kept:
-    """Results of the last states, so that a change computes only what depends on it."""
+    """What was last delivered, so that a change computes only what depends on it."""
 
     stability: tuple[State, compute.Stability] | None = None
-    contact: tuple[object, compute.ContactCurves | None] | None = None
+    contact: tuple[object, object] | None = None
 
 
 def refresh(state: State, kept: Kept) -> Iterator[Update]:
@@ -94,14 +94,15 @@ def _stability(state: State, kept: Kept) -> Iterator[Update]:
     key = replace(state, speed=state.speed_range[0], offset=0.0, duration=1.0)
     if kept.stability is None or kept.stability[0] != key:
         yield Doing("eigenvalues over speed", 0.2)
+        kept.stability = None
         try:
             found = compute.stability(state)
         except RailenvError as error:
-            kept.stability = None
             yield Missing("stability", str(error))
             return
-        kept.stability = (key, found)
         yield found
+        # a task that was given up does not come here, and nothing was delivered
+        kept.stability = (key, found)
     try:
         yield compute.present(state, kept.stability[1])
     except RailenvError as error:
@@ -109,16 +110,17 @@ def _stability(state: State, kept: Kept) -> Iterator[Update]:
 
 
 def _contact(state: State, kept: Kept) -> Iterator[Update]:
-    vehicle = state.vehicle_shown
-    key = (state.law, getattr(vehicle, "flange_clearance", None))
-    if kept.contact is None or kept.contact[0] != key:
-        try:
-            kept.contact = (key, compute.contact(state))
-        except RailenvError as error:
-            yield Missing("contact", str(error))
-            return
-    found = kept.contact[1]
+    key = (state.law, getattr(state.vehicle_shown, "flange_clearance", None))
+    if kept.contact == key:
+        return
+    kept.contact = None
+    try:
+        found = compute.contact(state)
+    except RailenvError as error:
+        yield Missing("contact", str(error))
+        return
     if found is None:
         yield Missing("contact", "the parts of this vehicle have contact laws of their own")
     else:
         yield found
+    kept.contact = key

@@ -60,6 +60,11 @@ class Worker(Runner[Item]):
             self._open, self._waiting, self._number = False, None, self._number + 1
             self._changed.notify()
 
+    @property
+    def running(self) -> bool:
+        """Whether the thread lives."""
+        return self._thread.is_alive()
+
     def _run(self) -> None:
         while True:
             with self._changed:
@@ -74,7 +79,7 @@ class Worker(Runner[Item]):
                         if number != self._number:
                             break
                         self._deliver(item)
-            except Exception as error:  # noqa: BLE001 - the page says what happened and goes on
+            except Exception as error:  # the page says what happened, and goes on
                 self._failed(error)
 
 
