@@ -151,7 +151,7 @@ class Controls:
         self, name: str, low: float, high: float, step: float, change: Callable[[float], Change]
     ) -> Any:
         widget = pn.widgets.EditableFloatSlider(
-            name=name,
+            label=name,
             start=low,
             end=high,
             step=step,
@@ -176,7 +176,7 @@ class Controls:
 
     def _select(self, name: str, options: list[str], change: Callable[[Any], Change]) -> Any:
         widget = pn.widgets.Select(
-            name=name,
+            label=name,
             options=options,
             sizing_mode="stretch_width",
             margin=(4, 8),
@@ -251,7 +251,7 @@ class Controls:
             "speed (m/s)", 5.0, 200.0, 0.5, lambda v: lambda s: replace(s, speed=v)
         )
         self.radius = pn.widgets.DiscreteSlider(
-            name="curve radius",
+            label="curve radius",
             options=_radius_options(),
             sizing_mode="stretch_width",
             margin=(4, 8),
@@ -259,7 +259,7 @@ class Controls:
         )
         self._on(self.radius, lambda v: lambda s: replace(s, radius=v))
         self.other_radius = pn.widgets.TextInput(
-            name="",
+            label="",
             placeholder="another radius in m, negative: other hand",
             sizing_mode="stretch_width",
             margin=(0, 8, 4, 8),
@@ -278,7 +278,7 @@ class Controls:
             "duration of the motion (s)", 1.0, 20.0, 0.5, lambda v: lambda s: replace(s, duration=v)
         )
         self.range = pn.widgets.EditableRangeSlider(
-            name="speeds of the eigenvalues (m/s)",
+            label="speeds of the eigenvalues (m/s)",
             start=3.0,
             end=HIGHEST_SPEED,
             step=1.0,
@@ -323,14 +323,14 @@ class Controls:
             lambda v: self._pair_changed(inclination=1.0 / v),
         )
         self.units = pn.widgets.Select(
-            name="units of dropped text files",
+            label="units of dropped text files",
             options={"as the file says": None, "mm": "mm", "m": "m"},
             sizing_mode="stretch_width",
             margin=(4, 8),
             stylesheets=[CONTROL],
         )
         self.mirror = pn.widgets.Checkbox(
-            name="rail's y points to the gauge side", margin=(4, 8), stylesheets=[CONTROL]
+            label="rail's y points to the gauge side", margin=(4, 8), stylesheets=[CONTROL]
         )
         self.wheel_file = self._file(
             "or drop a wheel's profile", dropped.PROFILE_ENDINGS, self.open_wheel
@@ -394,7 +394,7 @@ class Controls:
 
     def _make_damper(self) -> None:
         self.damper = pn.widgets.Select(
-            name="yaw dampers",
+            label="yaw dampers",
             options=_DAMPERS,
             sizing_mode="stretch_width",
             margin=(4, 8),

@@ -525,14 +525,14 @@ class VehicleFigures:
             syncable=False,
         )
         self.picture.update(sizing_mode="stretch_width", min_width=120, margin=(8, 14))
-        self.play = Toggle(label="Play", active=False, width=80, margin=(4, 6))
+        self.play = Toggle(label="Pause", active=True, width=80, margin=(4, 6))
         moved: dict[str, Any] = {"frames": self.frames, "sources": self.sources, "cursor": cursor}
         move = CustomJS(args={**moved, "picture": self.picture}, code=_MOVE)
         self.picture.js_on_change("value", move)
         self.frames.js_on_change("data", move)
         play = CustomJS(args={"picture": self.picture, "play": self.play}, code=_PLAY % PICTURE_TIME)
         self.play.js_on_change("active", play)
-        self._started = False
+        self.begin = (move, play)
 
     def show_motion(self, model: VehicleModel, moved: Motion) -> None:
         """Take over a motion in time."""
@@ -586,8 +586,6 @@ class VehicleFigures:
                         data[f"{view}_{kind}_y"] = joined.imag.astype(np.float32)
             self._show_rails(geometry)
         self.frames.data = data
-        if not self._started:
-            self._started = self.play.active = True
         self.picture.end = max(len(time) - 1, 1)
 
     def _nothing(self, count: int = 1) -> dict[str, Any]:

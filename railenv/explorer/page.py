@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import io
 import math
+from collections import deque
 from collections.abc import Callable, Iterator
-from functools import partial
 from html import escape
 from typing import Any
 
@@ -77,6 +77,7 @@ class Page:
         self._missing: dict[str, str] = {}
         self._kept = Kept()
         self._document: Any = pn.state.curdoc
+        self._queue: deque[tuple[Callable[[Any], None], Any]] = deque()
         self._runner = runner(self._later(self.apply), self._later(self._failed))
         self._diagrams = runner(self._later(self.apply_diagram), self._later(self._failed))
         self._make_figures()
@@ -116,17 +117,33 @@ class Page:
         self._alert.object = f'<div role="alert">{escape(message)}</div>' if message else ""
         self._alert.visible = bool(message)
 
+    @property
+    def begin(self) -> tuple[Any, ...]:
+        """Scripts that run in the browser when the page is there: they let the vehicle move."""
+        return self._vehicle.begin
+
     def close(self) -> None:
         """Compute nothing any more."""
         self._runner.close()
         self._diagrams.close()
 
     def _later(self, function: Callable[[Any], None]) -> Callable[[Any], None]:
-        """Return a function that runs where the page may be changed."""
+        """Return a function that runs where the page may be changed, in the order of its calls."""
         document = self._document
         if document is None or document.session_context is None:
             return function
-        return lambda item: document.add_next_tick_callback(partial(function, item))
+
+        def queued(item: Any) -> None:
+            self._queue.append((function, item))
+            document.add_next_tick_callback(lambda: self._drain())
+
+        return queued
+
+    def _drain(self) -> None:
+        """Show all that waits: callbacks of one tick come in no order."""
+        while self._queue:
+            function, item = self._queue.popleft()
+            function(item)
 
     def _failed(self, error: Exception) -> None:
         """Say what nobody expected; the page goes on."""
@@ -265,7 +282,7 @@ class Page:
             stylesheets=[style.CODE],
             max_length=10**7,
         )
-        self.copy = pn.widgets.Button(name="Copy as Python", margin=0, stylesheets=[style.BUTTON])
+        self.copy = pn.widgets.Button(label="Copy as Python", margin=0, stylesheets=[style.BUTTON])
         self.copy.js_on_click(args={"text": self.code, "button": self.copy}, code=_COPY)
         self.save = pn.widgets.FileDownload(
             callback=self._toml,
@@ -353,16 +370,16 @@ class Page:
             options=[_HISTORY, _MODE],
             value=_HISTORY,
             margin=(4, 6),
-            width=280,
+            sizing_mode="stretch_width",
             stylesheets=[style.CONTROL],
         )
         self.moves.param.watch(lambda _: self._show_vehicle(), "value")
         self._follow = pn.widgets.Button(
-            name="Follow the limit cycles", margin=(0, 8, 0, 0), stylesheets=[style.STRONG]
+            label="Follow the limit cycles", margin=(0, 8, 0, 0), stylesheets=[style.STRONG]
         )
         self._follow.on_click(lambda _: self.follow())
         self._cancel = pn.widgets.Button(
-            name="Give up", disabled=True, margin=0, stylesheets=[style.BUTTON]
+            label="Give up", disabled=True, margin=0, stylesheets=[style.BUTTON]
         )
         self._cancel.on_click(lambda _: self.give_up())
         self._diagram_bar = pn.indicators.Progress(
@@ -404,13 +421,7 @@ class Page:
             ),
             panel(
                 grid(style.VIEWS, drawn(self._vehicle.plan), drawn(self._vehicle.front)),
-                pn.Row(
-                    self.moves,
-                    drawn(self._vehicle.play),
-                    drawn(self._vehicle.picture),
-                    margin=0,
-                    sizing_mode="stretch_width",
-                ),
+                grid(style.PLAYER, self.moves, drawn(self._vehicle.play), drawn(self._vehicle.picture)),
             ),
             panel(
                 self._contact_note,

@@ -8,6 +8,7 @@ import warnings
 from typing import Any
 
 import panel as pn
+from bokeh.events import DocumentReady
 
 from railenv import checks
 from railenv.errors import ParameterError
@@ -48,6 +49,8 @@ def build(state: State) -> Any:
     """Return the page of a new session."""
     page = Page(state)
     pn.state.on_session_destroyed(lambda _: page.close())
+    if pn.state.curdoc is not None:
+        pn.state.curdoc.js_on_event(DocumentReady, *page.begin)
     template = pn.Template(_TEMPLATE)
     template.add_panel("page", page.layout)
     return template

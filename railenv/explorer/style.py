@@ -69,6 +69,12 @@ VIEWS = """
 @media (max-width: 760px) { :host { grid-template-columns: minmax(0, 1fr); } }
 """
 
+PLAYER = """
+:host { display: grid !important; grid-template-columns: 270px 90px minmax(0, 1fr); align-items: center; }
+:host > * { min-width: 0; }
+@media (max-width: 760px) { :host { grid-template-columns: minmax(0, 1fr) 90px; } }
+"""
+
 PANEL = f"""
 :host {{ background: #ffffff; border: 1px solid {EDGE}; border-radius: 8px; padding: 8px 10px; box-sizing: border-box; }}
 """
@@ -100,6 +106,7 @@ BUTTON = f"""
   border: 1px solid {STABLE} !important; color: {STABLE} !important; background: #ffffff !important; }}
 .bk-btn:hover {{ background: #eaf3f6 !important; }}
 .bk-btn[disabled] {{ opacity: 0.45; }}
+a {{ text-decoration: none; }}
 """
 
 STRONG = (
