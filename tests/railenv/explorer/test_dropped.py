@@ -10,7 +10,9 @@ import railenv
 from railenv.errors import ParameterError, RailenvError
 from railenv.explorer import dropped
 
-assert railenv.PRESETS  # the shipped vehicles, which read the data of the package, are made before the tests
+assert (
+    railenv.PRESETS
+)  # the shipped vehicles, which read the data of the package, are made before the tests
 GOOD = b'base = "HIGH_SPEED_COACH"\nname = "MINE"\nconicity = 0.2\n'
 
 

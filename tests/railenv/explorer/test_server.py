@@ -50,7 +50,9 @@ def test_it_listens_on_the_loopback_address_only(running):
             pass
 
 
-@pytest.mark.parametrize(("origin", "allowed"), [("http://127.0.0.1", True), ("http://elsewhere.example", False)])
+@pytest.mark.parametrize(
+    ("origin", "allowed"), [("http://127.0.0.1", True), ("http://elsewhere.example", False)]
+)
 def test_pages_of_other_sites_may_not_talk_to_it(running, origin, allowed):
     """A web socket from another origin is refused, as from a site whose name leads to this machine."""
     from tornado.httpclient import HTTPClientError, HTTPRequest
