@@ -113,7 +113,7 @@ class Locus(PoleZeroData):
     def beside_least_damped(self) -> tuple[int, ...]:
         """Columns of the modes that pictures show beside the least damped one.
 
-        Those that somewhere oscillate up to some multiple of its frequency, less than critically damped.
+        Those that somewhere oscillate below some multiple of its frequency, not critically damped.
         """
         fastest = _FASTEST_DRAWN * max(float(self.frequency[:, self.least_damped].max()), 1e-9)
         oscillates = self.eigenvalues.imag > 0.0

@@ -116,7 +116,7 @@ def _side(geometry: Geometry, moved: Moved) -> Iterator[Line]:
 
 
 def _front(geometry: Geometry, moved: Moved) -> Iterator[Line]:
-    """Yield the leading end; of a vehicle's body its end over the leading bogie, which yaw moves too."""
+    """Yield the leading end; of a body its end over the leading bogie, which yaw moves too."""
     a, radius = geometry.half_gauge, geometry.wheel_radius
 
     def placed(name: str, kind: Kind, body: Outline, points: Sequence[complex], ahead: float) -> Line:

@@ -631,7 +631,7 @@ def enlargement(geometry: Any, moves: Mapping[str, Array]) -> float:
             shares.append((size(shift) + body.half_length * size(turn)) / _LARGEST_END)
     most = 1.0 / max(shares)
     decade = 10.0 ** math.floor(math.log10(most)) if most > 0.0 else 1.0
-    return max(1.0, max(r * decade for r in _ROUND if r * decade <= most * (1.0 + 1e-9)))
+    return max([1.0, *(r * decade for r in _ROUND if r * decade <= most * (1.0 + 1e-9))])
 
 
 # --------------------------------------------------------------------------- contact

@@ -6,6 +6,7 @@ import io
 import math
 from collections import deque
 from collections.abc import Callable, Iterator
+from functools import partial
 from html import escape
 from typing import Any
 
@@ -135,7 +136,7 @@ class Page:
 
         def queued(item: Any) -> None:
             self._queue.append((function, item))
-            document.add_next_tick_callback(lambda: self._drain())
+            document.add_next_tick_callback(partial(self._drain))
 
         return queued
 
@@ -393,8 +394,8 @@ class Page:
             bar_color="info",
         )
         self._diagram_note = pn.pane.HTML(
-            "Limit cycles from the critical speed, through their fold; of a closed loop, what simulations settle at. "
-            "It takes seconds to minutes.",
+            "Limit cycles from the critical speed, through their fold; of a closed loop, what "
+            "simulations settle at. It takes seconds to minutes.",
             sizing_mode="stretch_width",
             margin=(6, 0),
             stylesheets=[style.NOTE],

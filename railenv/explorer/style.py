@@ -17,19 +17,22 @@ PAGE = """
 """
 
 COLUMNS = """
-:host { display: grid !important; grid-template-columns: 320px minmax(0, 1fr); gap: 14px; align-items: start; }
+:host { display: grid !important; grid-template-columns: 320px minmax(0, 1fr); gap: 14px;
+  align-items: start; }
 :host > * { min-width: 0; max-width: 100%; }
 @media (max-width: 900px) { :host { grid-template-columns: minmax(0, 1fr); } }
 """
 
 SIDE = """
-:host { position: sticky; top: 92px; max-height: calc(100vh - 104px); overflow-y: auto; scrollbar-width: thin; }
+:host { position: sticky; top: 92px; max-height: calc(100vh - 104px); overflow-y: auto;
+  scrollbar-width: thin; }
 @media (max-width: 900px) { :host { position: static; max-height: none; overflow: visible; } }
 """
 
 HEAD = f"""
 :host {{ position: sticky; top: 0; z-index: 20; background: {PAPER}; padding: 10px 0 8px;
-  display: grid !important; grid-template-columns: minmax(0, 1fr) auto; gap: 6px 14px; align-items: center; }}
+  display: grid !important; grid-template-columns: minmax(0, 1fr) auto; gap: 6px 14px;
+  align-items: center; }}
 @media (max-width: 900px) {{ :host {{ grid-template-columns: minmax(0, 1fr); padding: 6px 0; }} }}
 """
 
@@ -39,8 +42,10 @@ h1 {{ font-size: 21px; font-weight: 650; margin: 0 0 2px; line-height: 1.25; }}
 h1 small {{ font-weight: 400; color: {LABEL}; font-size: 15px; }}
 p {{ margin: 0; font-size: 14px; color: {LABEL}; line-height: 1.35; }}
 .dot {{ display: inline-block; width: 11px; height: 11px; border-radius: 50%; margin-right: 7px; }}
-.stable {{ background: {STABLE}; }} .unstable {{ background: {UNSTABLE}; }} .unknown {{ background: #9aa5ab; }}
-@media (max-width: 900px) {{ h1 {{ font-size: 16px; }} h1 small {{ font-size: 13px; }} p {{ font-size: 12.5px; }} }}
+.stable {{ background: {STABLE}; }} .unstable {{ background: {UNSTABLE}; }}
+  .unknown {{ background: #9aa5ab; }}
+@media (max-width: 900px) {{ h1 {{ font-size: 16px; }} h1 small {{ font-size: 13px; }}
+  p {{ font-size: 12.5px; }} }}
 """
 
 MESSAGE = f"""
@@ -54,33 +59,39 @@ WORK = f"""
 """
 
 GRID = """
-:host { display: grid !important; grid-template-columns: repeat(auto-fit, minmax(min(100%, 400px), 1fr)); gap: 12px; }
+:host { display: grid !important;
+  grid-template-columns: repeat(auto-fit, minmax(min(100%, 400px), 1fr)); gap: 12px; }
 :host > * { min-width: 0; }
 """
 
 THIRDS = """
-:host { display: grid !important; grid-template-columns: repeat(auto-fit, minmax(min(100%, 270px), 1fr)); gap: 6px; }
+:host { display: grid !important;
+  grid-template-columns: repeat(auto-fit, minmax(min(100%, 270px), 1fr)); gap: 6px; }
 :host > * { min-width: 0; }
 """
 
 VIEWS = """
-:host { display: grid !important; grid-template-columns: minmax(0, 3fr) minmax(0, 1.15fr); gap: 6px; }
+:host { display: grid !important; grid-template-columns: minmax(0, 3fr) minmax(0, 1.15fr);
+  gap: 6px; }
 :host > * { min-width: 0; }
 @media (max-width: 760px) { :host { grid-template-columns: minmax(0, 1fr); } }
 """
 
 PLAYER = """
-:host { display: grid !important; grid-template-columns: 270px 90px minmax(0, 1fr); align-items: center; }
+:host { display: grid !important; grid-template-columns: 270px 90px minmax(0, 1fr);
+  align-items: center; }
 :host > * { min-width: 0; }
 @media (max-width: 760px) { :host { grid-template-columns: minmax(0, 1fr) 90px; } }
 """
 
 PANEL = f"""
-:host {{ background: #ffffff; border: 1px solid {EDGE}; border-radius: 8px; padding: 8px 10px; box-sizing: border-box; }}
+:host {{ background: #ffffff; border: 1px solid {EDGE}; border-radius: 8px; padding: 8px 10px;
+  box-sizing: border-box; }}
 """
 
 CARD = f"""
-:host {{ background: #ffffff; border: 1px solid {EDGE}; border-radius: 8px; box-shadow: none; outline: none; font-family: {FONT}; }}
+:host {{ background: #ffffff; border: 1px solid {EDGE}; border-radius: 8px; box-shadow: none;
+  outline: none; font-family: {FONT}; }}
 .card-header {{ background: #ffffff; border: none; padding: 7px 10px; border-radius: 8px; }}
 .card-title, .card-header h3 {{ font-size: 14px !important; font-weight: 600; color: {INK}; }}
 .card-button {{ color: {LABEL}; }}
@@ -90,20 +101,24 @@ CONTROL = f"""
 :host {{ font-family: {FONT}; font-size: 13px; color: {LABEL}; --design-primary-color: {STABLE}; }}
 label, .bk-slider-title {{ font-size: 13px; color: {LABEL}; }}
 .bk-btn {{ font-size: 13px; white-space: normal; padding: 5px 6px; line-height: 1.15; }}
-.bk-btn.bk-active {{ background: {STABLE} !important; color: #ffffff !important; border-color: {STABLE} !important; }}
+.bk-btn.bk-active {{ background: {STABLE} !important; color: #ffffff !important;
+  border-color: {STABLE} !important; }}
 """
 
 DROP = f"""
 :host {{ padding: 2px 8px 6px; box-sizing: border-box; }}
-input[type=file] {{ width: 100%; box-sizing: border-box; border: 1.5px dashed #b4bdc2; border-radius: 6px;
+input[type=file] {{ width: 100%; box-sizing: border-box; border: 1.5px dashed #b4bdc2;
+  border-radius: 6px;
   padding: 9px 8px; background: {PAPER}; font: 12px {FONT}; color: {LABEL}; cursor: pointer; }}
 input[type=file]:hover {{ border-color: {STABLE}; }}
 """
 
 BUTTON = f"""
 :host {{ font-family: {FONT}; }}
-.bk-btn {{ font: 550 13px {FONT} !important; border-radius: 6px !important; padding: 7px 12px !important;
-  border: 1px solid {STABLE} !important; color: {STABLE} !important; background: #ffffff !important; }}
+.bk-btn {{ font: 550 13px {FONT} !important; border-radius: 6px !important;
+  padding: 7px 12px !important;
+  border: 1px solid {STABLE} !important; color: {STABLE} !important;
+  background: #ffffff !important; }}
 .bk-btn:hover {{ background: #eaf3f6 !important; }}
 .bk-btn[disabled] {{ opacity: 0.45; }}
 a {{ text-decoration: none; }}
@@ -122,6 +137,9 @@ NOTE = f"""
 """
 
 CODE = f"""
-textarea {{ font: 12px/1.45 ui-monospace, 'SF Mono', Menlo, 'DejaVu Sans Mono', monospace !important; color: {INK};
-  background: {PAPER}; opacity: 1 !important; white-space: pre; overflow: auto; cursor: text !important; }}
+textarea {{
+  font: 12px/1.45 ui-monospace, 'SF Mono', Menlo, 'DejaVu Sans Mono', monospace !important;
+  color: {INK};
+  background: {PAPER}; opacity: 1 !important; white-space: pre; overflow: auto;
+  cursor: text !important; }}
 """

@@ -167,9 +167,8 @@ def test_a_dropped_vehicle_is_shown(page, tmp_path):
 def test_it_fits_a_phone(chromium, address):
     phone = opened(chromium, address, make_explorer.PHONE)
     assert width(phone) == 390
-    wide = phone.evaluate(
-        "[...document.querySelectorAll('canvas')].filter(c => c.getBoundingClientRect().right > 391).length"
-    )
+    beyond = "c => c.getBoundingClientRect().right > 391"
+    wide = phone.evaluate(f"[...document.querySelectorAll('canvas')].filter({beyond}).length")
     assert wide == 0
     handle(phone, SPEED).press("ArrowRight")
     make_explorer.wait_for(phone, "p", r"at 100\.5 m/s")

@@ -21,7 +21,8 @@ from railenv.vehicles.lookup import named
 CONE = State(vehicle=railenv.HIGH_SPEED_COACH)
 WHEEL = railenv.Profile.named("S1002")
 OWN = railenv.ProfilePair(
-    wheel=railenv.Profile.of(WHEEL.points + [0.0, 1e-6], kind="wheel", name='my "wheel"'), gauge=1.434
+    wheel=railenv.Profile.of(WHEEL.points + np.array([0.0, 1e-6]), kind="wheel", name='my "wheel"'),
+    gauge=1.434,
 )
 """A pair whose wheel is no shipped one."""
 
