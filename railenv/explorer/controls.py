@@ -513,7 +513,8 @@ class Controls:
         for name, value in values.items():
             widget = self.numbers[name]
             if name == "conicity" and isinstance(law, HollowTread):
-                widget.start = float(law.contact_angle)  # type: ignore[arg-type]
+                step = NUMBERS[name][3]  # a straight tread has its contact angle as conicity
+                widget.start = step * math.ceil(float(str(law.contact_angle)) / step)
             widget.value = value
 
     def _number(self, name: str) -> Any:

@@ -42,7 +42,7 @@ navigator.clipboard.writeText(text.value).then(() => {
 })
 """
 
-MakeRunner = Callable[[Callable[[Any], None], Callable[[Exception], None]], Runner[Any]]
+MakeRunner = Callable[[Callable[[Any], None], Callable[[Exception], None]], Runner]
 
 
 class Page:
@@ -324,7 +324,7 @@ class Page:
     def follow(self) -> None:
         """Begin with the bifurcation diagram of the present state."""
         self._follow.disabled, self._cancel.disabled = True, False
-        self._diagram_bar.update(visible=True, active=True, value=-1)
+        self._diagram_bar.param.update(visible=True, active=True, value=-1)
         self._diagram_note.object = "the first point; its kernels are compiled once for each structure"
         self._diagrams.start(_diagram_task(self.state))
 
@@ -343,7 +343,7 @@ class Page:
             case compute.Diagram():
                 self.diagram = update
                 self._diagram.show(update)
-                self._diagram_bar.update(value=min(100, round(100 * update.share)), active=True)
+                self._diagram_bar.param.update(value=min(100, round(100 * update.share)), active=True)
                 self._diagram_note.object = escape(update.said)
 
     def _end_diagram(self, said: str) -> None:

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterable
-from typing import Protocol, TypeVar
+from typing import Any, Protocol
 
-Item = TypeVar("Item")
-Deliver = Callable[[Item], None]
+Deliver = Callable[[Any], None]
 
 
-class Runner(Protocol[Item]):
+class Runner(Protocol):
     """What runs tasks and delivers what they yield."""
 
-    def start(self, task: Iterable[Item]) -> None:
+    def start(self, task: Iterable[Any]) -> None:
         """Run a task instead of the one that runs."""
 
     def cancel(self) -> None:
@@ -23,7 +22,7 @@ class Runner(Protocol[Item]):
         """Run nothing any more."""
 
 
-class Worker(Runner[Item]):
+class Worker(Runner):
     """Runs tasks in a thread.
 
     Parameters
@@ -34,16 +33,16 @@ class Worker(Runner[Item]):
         Is given an exception that a task did not expect.
     """
 
-    def __init__(self, deliver: Deliver[Item], failed: Callable[[Exception], None]) -> None:
+    def __init__(self, deliver: Deliver, failed: Callable[[Exception], None]) -> None:
         self._deliver, self._failed = deliver, failed
         self._changed = threading.Condition()
-        self._waiting: Iterable[Item] | None = None
+        self._waiting: Iterable[Any] | None = None
         self._number = 0
         self._open = True
         self._thread = threading.Thread(target=self._run, name="railenv explorer", daemon=True)
         self._thread.start()
 
-    def start(self, task: Iterable[Item]) -> None:
+    def start(self, task: Iterable[Any]) -> None:
         """Run a task instead of the one that runs."""
         with self._changed:
             self._waiting, self._number = task, self._number + 1
@@ -83,13 +82,13 @@ class Worker(Runner[Item]):
                 self._failed(error)
 
 
-class AtOnce(Runner[Item]):
+class AtOnce(Runner):
     """Runs tasks where they are started, to their end."""
 
-    def __init__(self, deliver: Deliver[Item]) -> None:
+    def __init__(self, deliver: Deliver) -> None:
         self._deliver = deliver
 
-    def start(self, task: Iterable[Item]) -> None:
+    def start(self, task: Iterable[Any]) -> None:
         """Run a task."""
         for item in task:
             self._deliver(item)
