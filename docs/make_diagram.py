@@ -141,7 +141,7 @@ def wings() -> str:
         + "\n".join(
             f'<text class="{kind}" x="{x + 40}" y="{bottom / 2 + 18 * k:g}">{line}</text>'
             for k, (kind, line) in enumerate(
-                (("title", "cli"), ("text", "commands:"), ("text", "may use"), ("text", "all wings"))
+                (("title", "cli"), ("title", "explorer"), ("text", "may use"), ("text", "all wings"))
             )
         )
     )

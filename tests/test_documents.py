@@ -110,7 +110,7 @@ def pages_that_run(name):
 
 def shortened(words):
     """Return a command in a form that takes seconds; None where there is none."""
-    if words[0] == "reproduce" or "--resume" in words:
+    if words[0] in ("reproduce", "explore") or "--resume" in words:
         return None
     if words[0] == "train":
         pytest.importorskip("yaml", reason="needs the extra rl")

@@ -16,6 +16,7 @@ from tests.sources import PACKAGES, imports
 
 EXTRAS = {  # the packages of each extra, as they are imported, and what they alone bring in
     "dask": ("dask", "distributed"),
+    "explore": ("bokeh", "panel", "param"),
     "offline": ("h5py", "jax", "minari"),
     "render": ("pygame",),
     "rl": ("cma", "sb3_contrib", "stable_baselines3", "torch", "yaml"),
@@ -133,12 +134,19 @@ def test_what_needs_an_extra_names_it(tmp_path):
         assert "not installed" in message, attempt
 
 
-def test_a_command_that_needs_an_extra_ends_in_one_line(tmp_path):
+@pytest.mark.parametrize(
+    ("words", "extra"),
+    [
+        (["train", "ppo", "--out", "run", "--steps", "100"], "rl"),
+        (["explore", "--no-browser"], "explore"),
+    ],
+)
+def test_a_command_that_needs_an_extra_ends_in_one_line(words, extra, tmp_path):
     printed = run(
-        """
+        f"""
         from railenv import cli
 
-        sys.argv = ["railenv", "train", "ppo", "--out", "run", "--steps", "100"]
+        sys.argv = ["railenv", *{words}]
         sys.stderr = sys.stdout
         try:
             cli.main()
@@ -149,7 +157,7 @@ def test_a_command_that_needs_an_extra_ends_in_one_line(tmp_path):
     )
     assert len(printed) == 2
     assert printed[0].startswith("error: ")
-    assert printed[0].endswith("pip install 'railenv[rl]'")
+    assert printed[0].endswith(f"pip install 'railenv[{extra}]'")
     assert printed[1] == "1"
     assert not (tmp_path / "run").exists()
 

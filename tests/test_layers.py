@@ -24,7 +24,7 @@ HEAVY = (
 
 
 def test_only_functions_of_commands_import_what_stands_above_railenv():
-    """That nothing else of ``railenv`` does is a contract of import-linter (``make lint``)."""
+    """That only the Explorer does so too is a contract of import-linter (``make lint``)."""
     above = [
         i
         for i in imports()

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from design.cycles.cycle import Cycle, CycleBranch, CycleError, SpecialPoint, value_of
+from design.cycles.cycle import GOES_ON, Cycle, CycleBranch, CycleError, SpecialPoint, value_of
 from design.cycles.ends import (
     GONE,
     SMALLEST_STEP,
@@ -134,14 +134,14 @@ class CycleContinuation:
 
     def run(self, points: int, progress: bool) -> CycleBranch:
         """Follow the branch until it has so many points, leaves the limits, or ends."""
-        self.ending, ended = None, Ending(f"{points} points were computed; resume goes on", True)
+        self.ending, ended = None, Ending(f"{points} points were computed; {GOES_ON}", True)
         try:
             with one_blas_thread(), _shown(progress, self, points) as update:
                 while len(self.cycles) < points and self.ending is None:
                     self.ending = self._advance()
                     update()
         except KeyboardInterrupt:
-            ended = Ending("interrupted; resume goes on", False)
+            ended = Ending(f"interrupted; {GOES_ON}", False)
         ended = self.ending or ended
         return CycleBranch(
             tuple(self.cycles),

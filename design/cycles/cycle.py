@@ -22,6 +22,10 @@ Array = NDArray[np.float64]
 Kind = Literal["fold", "torus", "period doubling", "symmetry breaking", "branch point", "Hopf"]
 
 
+GOES_ON = "resume goes on"
+"""How ``CycleBranch.ended`` closes where there is more of the branch."""
+
+
 class CycleError(RailenvError):
     """No periodic motion was found to start a branch from."""
 
@@ -240,6 +244,11 @@ class CycleBranch:
         """
         onset = self.onset if self.parameter == "speed" else None
         return None if onset is None else onset.value
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether it ended at a number of points, or was interrupted: ``resume`` goes on from there."""
+        return self.ended.endswith(GOES_ON)
 
     def at(self, value: float, *, stable: bool | None = None) -> tuple[Cycle, ...]:
         """Return the computed motions next to where the branch passes a value of the parameter.

@@ -24,12 +24,16 @@ from railenv import checks
 from railenv.equilibrium import LOW_SPEED, Point, follow_speeds
 from railenv.errors import EquilibriumError, ParameterError
 from railenv.models import Model
+from railenv.threads import one_blas_thread
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 Each = TypeVar("Each")
+
+_FASTEST_DRAWN = 2.5  # times the frequency of the least damped mode, in plots over the parameter
+_HEAVIEST_DRAWN = 1.0  # damping ratio up to which modes count as oscillating
 
 
 class Locus(PoleZeroData):
@@ -105,6 +109,28 @@ class Locus(PoleZeroData):
         """Frequency (Hz) of every mode at every value, shape (n_values, n_modes)."""
         return np.abs(self.eigenvalues.imag) / (2.0 * math.pi)
 
+    @property
+    def beside_least_damped(self) -> tuple[int, ...]:
+        """Columns of the modes that pictures show beside the least damped one.
+
+        Those that somewhere oscillate below some multiple of its frequency, not critically damped.
+        """
+        fastest = _FASTEST_DRAWN * max(float(self.frequency[:, self.least_damped].max()), 1e-9)
+        oscillates = self.eigenvalues.imag > 0.0
+        drawn = oscillates & (self.frequency <= fastest) & (self.damping < _HEAVIEST_DRAWN)
+        chosen = np.flatnonzero(drawn.any(axis=0)).tolist()
+        return tuple(k for k in chosen if k != self.least_damped)
+
+    @property
+    def window(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Part of the upper half plane around the least damped mode: limits across (1/s) and up."""
+        marked = self.loci[:, self.least_damped]
+        top = 1.25 * float(np.abs(marked.imag).max())
+        if top == 0.0:  # a real mode: as high as it is wide
+            top = 0.6 * float(np.abs(marked.real).max()) or 1.0
+        left = 1.6 * min(float(marked.real.min()), -0.08 * top)
+        return (left, max(0.08 * top, 1.5 * float(marked.real.max()))), (-0.03 * top, top)
+
     @cached_property
     def critical_points(self) -> tuple[CriticalPoint, ...]:
         """Where stability is lost or gained as the parameter grows.
@@ -129,7 +155,8 @@ class Locus(PoleZeroData):
         low, high = float(self.values[0]), float(self.values[-1])
         value = checks.number(self.parameter, value, low=low, high=high, unit=self.unit)
         nearest = int(np.argmin(np.abs(self.values - value)))
-        return follow([self._followed[nearest], self._family.modes(value)], self.period)[1]
+        with one_blas_thread():
+            return follow([self._followed[nearest], self._family.modes(value)], self.period)[1]
 
     def _chosen(self, value: float, mode: int | None) -> tuple[Complex, complex, str]:
         """Return eigenvector, eigenvalue and condition of a mode at a value."""
@@ -285,17 +312,18 @@ def speed_locus(
     """
     targets = checks.numbers("speeds", speeds, least=2)
     checks.curvature(radius)
-    family = Speeds(model, dynamics(model, controller, period), float(radius), checks.cant(cant))
-    followed = follow_speeds(model, targets, radius=radius, cant=cant)
-    points, ended = while_running(followed, "speed locus")
-    reached = targets[: len(points)]
-    low = float(reached[0]) if controller is not None else min(float(reached[0]), LOW_SPEED)
-    search = (low, float(targets[-1]))
-    critical = critical_speed(
-        model, radius=radius, cant=cant, speed_range=search, controller=controller, period=period
-    )
-    modes = [family.about(p, float(v)) for p, v in zip(points, reached, strict=True)]
-    return SpeedLocus(reached, modes, family, critical=critical, ended=ended)
+    with one_blas_thread():
+        family = Speeds(model, dynamics(model, controller, period), float(radius), checks.cant(cant))
+        followed = follow_speeds(model, targets, radius=radius, cant=cant)
+        points, ended = while_running(followed, "speed locus")
+        reached = targets[: len(points)]
+        low = float(reached[0]) if controller is not None else min(float(reached[0]), LOW_SPEED)
+        search = (low, float(targets[-1]))
+        critical = critical_speed(
+            model, radius=radius, cant=cant, speed_range=search, controller=controller, period=period
+        )
+        modes = [family.about(p, float(v)) for p, v in zip(points, reached, strict=True)]
+        return SpeedLocus(reached, modes, family, critical=critical, ended=ended)
 
 
 def while_running(points: Iterable[Each], locus: str) -> tuple[list[Each], str | None]:

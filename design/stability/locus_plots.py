@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _DARK = "#333333"
-_FASTEST_DRAWN = 2.5  # times the frequency of the least damped mode, in plots over the parameter
-_HEAVIEST_DRAWN = 1.0  # damping ratio up to which modes count as oscillating
 
 
 def plot_locus(locus: Locus, ax: Axes | None = None) -> control.ControlPlot:
@@ -51,7 +49,7 @@ def plot_locus(locus: Locus, ax: Axes | None = None) -> control.ControlPlot:
         if discrete:
             _unit_circle(ax)
         else:
-            _half_plane(locus, marked, ax)
+            _half_plane(locus, ax)
         _critical(locus, ax)
         name = f"{locus.sysname}, {locus.condition}" if locus.condition else str(locus.sysname)
         ax.set_title(
@@ -88,14 +86,11 @@ def _open_loop(locus: Locus, ax: Axes) -> None:
         ax.plot(zeros.real, zeros.imag, "o", color=_DARK, mfc="none", ms=5, mew=1.0, label="zero")
 
 
-def _half_plane(locus: Locus, marked: NDArray[np.complex128], ax: Axes) -> None:
+def _half_plane(locus: Locus, ax: Axes) -> None:
     ax.axvline(0.0, color=_DARK, lw=1.0)
-    top = 1.25 * float(np.abs(marked.imag).max())
-    if top == 0.0:  # a real mode: as high as it is wide
-        top = 0.6 * float(np.abs(marked.real).max()) or 1.0
-    left = 1.6 * min(float(marked.real.min()), -0.08 * top)
-    ax.set_xlim(left, max(0.08 * top, 1.5 * float(marked.real.max())))
-    ax.set_ylim(-0.03 * top, top)
+    across, up = locus.window
+    ax.set_xlim(across)
+    ax.set_ylim(up)
     ax.set_xlabel("real part (1/s)")
     ax.set_ylabel("imaginary part (rad/s)")
 
@@ -142,12 +137,10 @@ def plot_damping(locus: Locus) -> control.ControlPlot:
         figure, axes = plt.subplots(2, 1, figsize=(6.8, 6.0), sharex=True)
         upper, lower = axes
         k = locus.least_damped
-        slowest = max(float(locus.frequency[:, k].max()), 1e-9)
-        for column in range(locus.loci.shape[1]):
-            if column != k and _shown(locus, column, _FASTEST_DRAWN * slowest):
-                visible = np.where(locus.eigenvalues[:, column].imag > 0.0, 1.0, np.nan)
-                for ax, data in ((upper, locus.damping), (lower, locus.frequency)):
-                    ax.plot(locus.values, data[:, column] * visible, color=NEUTRAL, lw=1.2)
+        for column in locus.beside_least_damped:
+            visible = np.where(locus.eigenvalues[:, column].imag > 0.0, 1.0, np.nan)
+            for ax, data in ((upper, locus.damping), (lower, locus.frequency)):
+                ax.plot(locus.values, data[:, column] * visible, color=NEUTRAL, lw=1.2)
         unstable = np.where(locus.growth[:, k] > 0.0, 1.0, np.nan)
         for ax, data in ((upper, locus.damping), (lower, locus.frequency)):
             ax.plot(locus.values, data[:, k], color=STABLE, lw=2.4, label="least damped mode")
@@ -168,11 +161,3 @@ def plot_damping(locus: Locus) -> control.ControlPlot:
         lines = np.empty((2, 1), dtype=object)
         lines[:, 0] = [list(ax.lines) for ax in axes]
         return control.ControlPlot(lines, axes[:, None], figure)
-
-
-def _shown(locus: Locus, column: int, highest: float) -> bool:
-    """Whether a mode oscillates slowly enough to be drawn beside the least damped one."""
-    oscillates = locus.eigenvalues[:, column].imag > 0.0
-    slow = locus.frequency[:, column] <= highest
-    light = locus.damping[:, column] < _HEAVIEST_DRAWN
-    return bool((oscillates & slow & light).any())

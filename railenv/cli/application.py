@@ -16,6 +16,7 @@ from railenv.cli import (
     contact,
     critical_speed,
     evaluate,
+    explore,
     locus,
     margins,
     modes,
@@ -51,6 +52,7 @@ app.command()(tune.tune)
 app.command()(reproduce.reproduce)
 app.command()(train.train)
 app.command()(contact.contact)
+app.command()(explore.explore)
 app.command()(warm.warm)
 
 

@@ -51,9 +51,38 @@ def read(
 ) -> Profile:
     """Read a profile; see :meth:`Profile.read`."""
     file = Path(path)
-    ending = file.suffix.lower()
-    if ending not in ENDINGS:
-        raise ParameterError(f"{str(file)!r} must end in {', '.join(ENDINGS)}, the formats of profiles")
+    _ending(file)
+    size = file.stat().st_size
+    if size > _LARGEST:
+        raise ParameterError(f"{str(file)!r} has {size} bytes; a profile has at most {_LARGEST}")
+    return parse(
+        file.read_bytes(),
+        file,
+        kind=kind,
+        units=units,
+        name=name,
+        mirror=mirror,
+        tape_circle=tape_circle,
+    )
+
+
+def parse(
+    content: bytes,
+    path: str | PathLike[str],
+    *,
+    kind: Kind | None = None,
+    units: Literal["m", "mm"] | None = None,
+    name: str | None = None,
+    mirror: bool = False,
+    tape_circle: float = 0.0,
+) -> Profile:
+    """Return the profile that the content of a file holds; nothing is read from its path.
+
+    The path's ending tells the format, and the path names the file in errors; see
+    :meth:`Profile.read`.
+    """
+    file = Path(path)
+    ending = _ending(file)
     own = {**SIMPACK, **MINIPROF}.get(ending)
     if kind is not None:
         checks.choice("kind of profile", kind, KINDS)
@@ -67,7 +96,7 @@ def read(
     if mirror and kind == "wheel":
         raise ParameterError("mirror is for rails; the flange of a wheel tells which way its y points")
     place = checks.number("tape_circle", tape_circle, unit="m")
-    raw = _read(file, ending)
+    raw = _read(content, file, ending)
     scale = raw.scale if units is None else UNITS[units]
     if scale is None:
         raise ParameterError(
@@ -86,9 +115,7 @@ def read(
 def write(profile: Profile, path: str | PathLike[str]) -> None:
     """Write a profile; see :meth:`Profile.write`."""
     file = Path(path)
-    ending = file.suffix.lower()
-    if ending not in ENDINGS:
-        raise ParameterError(f"{str(file)!r} must end in {', '.join(ENDINGS)}, the formats of profiles")
+    ending = _ending(file)
     own = {**SIMPACK, **MINIPROF}.get(ending)
     if own not in (None, profile.kind):
         raise ParameterError(f"{str(file)!r} is for the profile of a {own}, not of a {profile.kind}")
@@ -111,11 +138,16 @@ def write(profile: Profile, path: str | PathLike[str]) -> None:
     write_whole(file, text)
 
 
-def _read(file: Path, ending: str) -> _Raw:
-    size = file.stat().st_size
-    if size > _LARGEST:
-        raise ParameterError(f"{str(file)!r} has {size} bytes; a profile has at most {_LARGEST}")
-    lines = file.read_text(encoding="utf-8", errors="replace").splitlines()
+def _ending(file: Path) -> str:
+    """Return the ending of a file of a known format."""
+    ending = file.suffix.lower()
+    if ending not in ENDINGS:
+        raise ParameterError(f"{str(file)!r} must end in {', '.join(ENDINGS)}, the formats of profiles")
+    return ending
+
+
+def _read(content: bytes, file: Path, ending: str) -> _Raw:
+    lines = content.decode("utf-8", errors="replace").splitlines()
     if ending in SIMPACK:
         return _simpack(file, lines, SIMPACK[ending])
     if ending in MINIPROF:

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from railenv.contact.pair_picture import CONTACTS, furthest_shift, picture
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -30,11 +32,6 @@ _STYLE: Any = {
     "lines.linewidth": 1.6,
     "savefig.dpi": 150,
 }
-_FURTHEST = 0.010  # m; shifts that are drawn, at most
-_BEYOND = 0.001  # m; how far beyond the flange's contact they go
-_CONTACTS = 0.0005  # m between two shifts whose contacts are joined by lines
-_SHALLOW = 0.022  # m below the top of the rail that are drawn
-_GAP = 0.006  # m by which the wheel is lifted in the picture
 _AMPLITUDES = (0.0005, 0.008)  # m
 _BOUND = 0.003  # m; the amplitude that standards name
 
@@ -45,7 +42,7 @@ def plot_pair(pair: ProfilePair) -> Figure:
     from matplotlib.figure import Figure
 
     low, high = pair.reach
-    furthest = min(-low, high, _FURTHEST, pair.flange_clearance + _BEYOND)
+    furthest = furthest_shift(pair)
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=(9.6, 6.2), layout="constrained")
         figure.suptitle(str(pair), fontsize=11, x=0.01, ha="left")
@@ -59,35 +56,15 @@ def plot_pair(pair: ProfilePair) -> Figure:
 
 def _profiles(ax: Axes, pair: ProfilePair, furthest: float) -> None:
     """Both profiles, the wheel lifted off, with a line between the places that touch at each shift."""
-    wheel, rail, offset = pair.surfaces
-    at = pair.tape_place
-    start = pair.place(0.0, absolute=True)
-    count = int(furthest / _CONTACTS)
-    eta = _CONTACTS * np.arange(-count, count + 1)
-    on_rail = pair.place(eta, absolute=True)
-    on_wheel = on_rail - eta
-    rail_z = rail(np.clip(on_rail - at - offset, rail.y[0], rail.y[-1])).z
-    wheel_z = wheel(np.clip(on_wheel - at, wheel.y[0], wheel.y[-1])).z
-    top = float(rail(np.array([start - at - offset])).z[0])
-    lifted = wheel(np.array([start - at])).z[0] - _GAP
-    yr = np.linspace(rail.y[0], rail.y[-1], 2000)
-    zr = rail(yr).z - top
-    seen = zr > -_SHALLOW
-    ax.plot(1e3 * (yr + offset + at)[seen], 1e3 * zr[seen], color=_RAIL, label="rail")
-    yw = np.linspace(wheel.y[0], wheel.y[-1], 2000)
-    ax.plot(1e3 * (yw + at), 1e3 * (wheel(yw).z - lifted), color=_WHEEL, label="wheel, lifted")
-    ends = np.stack([on_wheel, on_rail]), np.stack([wheel_z - lifted, rail_z - top])
-    ax.plot(1e3 * ends[0], 1e3 * ends[1], color=_CONTACT, lw=0.6)
-    middle = [count, count]
-    ax.plot(
-        1e3 * ends[0][[0, 1], middle],
-        1e3 * ends[1][[0, 1], middle],
-        color=_CONTACT,
-        lw=1.6,
-        label="contacts",
-    )
+    shown = picture(pair, furthest)
+    ax.plot(*(1e3 * shown.rail), color=_RAIL, label="rail")
+    ax.plot(*(1e3 * shown.wheel), color=_WHEEL, label="wheel, lifted")
+    across, up = 1e3 * shown.contacts
+    ax.plot(across, up, color=_CONTACT, lw=0.6)
+    middle = across.shape[1] // 2
+    ax.plot(across[:, middle], up[:, middle], color=_CONTACT, lw=1.6, label="contacts")
     ax.set_aspect("equal", adjustable="box")
-    ax.set_title(f"places that touch, every {1e3 * _CONTACTS:g} mm of shift")
+    ax.set_title(f"places that touch, every {1e3 * CONTACTS:g} mm of shift")
     ax.set_xlabel("distance from the track's centre (mm)")
     ax.set_ylabel("height (mm)")
     ax.legend(loc="lower right")

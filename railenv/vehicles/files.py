@@ -51,10 +51,21 @@ def read(path: str | PathLike[str]) -> dict[str, Any]:
     ParameterError
         If it is not TOML.
     """
+    return parse(Path(path).read_bytes(), str(path))
+
+
+def parse(content: bytes, source: str) -> dict[str, Any]:
+    """Return what the content of a TOML file holds; ``source`` names it in errors.
+
+    Raises
+    ------
+    ParameterError
+        If it is not TOML.
+    """
     try:
-        return tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        return tomllib.loads(content.decode("utf-8"))
     except (RecursionError, tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ParameterError(f"{path} is not a TOML file: {error}") from None
+        raise ParameterError(f"{source} is not a TOML file: {error}") from None
 
 
 def describes_assembly(data: Mapping[str, Any]) -> bool:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from railenv.vehicles import files
 from railenv.vehicles.assembly import Assembly
 from railenv.vehicles.vehicle import Vehicle, preset
@@ -19,5 +22,16 @@ def named(name: str) -> Vehicle | Assembly:
     """
     if not name.endswith(".toml"):
         return preset(name)
-    kind = Assembly if files.describes_assembly(files.read(name)) else Vehicle
-    return kind.from_toml(name)
+    return described(files.read(name), name)
+
+
+def described(data: Mapping[str, Any], source: str) -> Vehicle | Assembly:
+    """Return the vehicle that the content of a file of either form describes.
+
+    Raises
+    ------
+    ParameterError
+        If it describes none; ``source`` names it.
+    """
+    kind = Assembly if files.describes_assembly(data) else Vehicle
+    return kind.described(data, source)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -319,24 +319,38 @@ class Vehicle(FurtherParts, _PapersBogie):
             raise ParameterError(
                 f"{path} describes the parts of a vehicle; it is read by railenv.Assembly.from_toml"
             )
+        return cls.described(data, str(path))
+
+    @classmethod
+    def described(cls, data: Mapping[str, Any], source: str) -> Self:
+        """Return the vehicle that the content of a file describes; ``source`` names it in errors.
+
+        Raises
+        ------
+        ParameterError
+            If a field is missing, or a value is not allowed.
+        UnknownNameError
+            If there is a key that is not a field.
+        """
         names = [f.name for f in dataclasses.fields(cls)]
-        checks.known(f"field in {path}", set(data) - {"base"}, names)
+        checks.known(f"field in {source}", set(data) - {"base"}, names)
+        given = {name: value for name, value in data.items() if name != "base"}
         if "base" in data:
-            base = data.pop("base")
+            base = data["base"]
             if not isinstance(base, str):
-                raise ParameterError(f"base in {path} is {base!r}; it must be a vehicle's name")
+                raise ParameterError(f"base in {source} is {base!r}; it must be a vehicle's name")
             if "conicity" in data or "contact" in data:
                 contact = {"conicity": None, "contact": None}
             else:
                 contact = {}
-            return cls(**{**_values(preset(base)), **contact, **data})
+            return cls(**{**_values(preset(base)), **contact, **given})
         needed = [f.name for f in dataclasses.fields(cls) if f.default is dataclasses.MISSING]
-        missing = [n for n in needed if n not in data]
+        missing = [n for n in needed if n not in given]
         if missing:
             raise ParameterError(
-                f"{path} lacks {', '.join(missing)}; give them, or a `base` vehicle to take them from"
+                f"{source} lacks {', '.join(missing)}; give them, or a `base` vehicle to take them from"
             )
-        return cls(**data)
+        return cls(**given)
 
 
 def _values(vehicle: Vehicle) -> dict[str, Any]:

@@ -1,0 +1,266 @@
+"""Everything that the page shows, as one frozen record; results follow from it alone."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Literal, Self, get_args
+
+import agents
+from agents.problems.damper import PrimaryDamper, YawDamper, without_dampers
+from design.loop.feedback import Feedback
+from railenv import (
+    HIGH_SPEED_COACH_HOLLOW,
+    Assembled,
+    Assembly,
+    Bogie,
+    Coach,
+    DualWheelset,
+    Model,
+    ProfileFamily,
+    ProfilePair,
+    Vehicle,
+    checks,
+    worn,
+)
+from railenv.contact.laws import ContactLaw
+from railenv.errors import ParameterError
+
+Kind = Literal["bogie", "dual-wheelset", "coach"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
+
+Damper = Literal["own", "none"] | YawDamper | PrimaryDamper
+"""The vehicle's own yaw dampers, none, or another one in their place."""
+
+COMMON = ("friction", "creep_factor")
+"""Numbers of the contact of every vehicle; others are those of its contact law."""
+
+SHORTEST, LONGEST = 0.5, 60.0
+"""s, of a motion."""
+
+LARGEST_OFFSET = 0.02
+"""m."""
+
+_MODELS = {"bogie": Bogie, "dual-wheelset": DualWheelset, "coach": Coach}
+_PROBLEMS: Mapping[Kind, str] = {
+    "bogie": "bogie-secondary-v1",
+    "dual-wheelset": "dual-wheelset-v1",
+    "coach": "coach-v1",
+}
+
+
+@dataclass(frozen=True)
+class Wearing:
+    """A pair of profiles whose wheel wears by the rule of :func:`railenv.worn`.
+
+    Attributes
+    ----------
+    new : ProfilePair
+    depth, spread : float
+        m, of the tread at wear 1, and of the lateral shift that wears it.
+    """
+
+    new: ProfilePair
+    depth: float = 1e-3
+    spread: float = 3e-3
+
+    def law(self) -> ProfileFamily:
+        """Return the profiles from new to worn, at wear 0."""
+        return _family(self)
+
+
+@cache
+def _family(wearing: Wearing) -> ProfileFamily:
+    new = wearing.new
+    return ProfileFamily(new, worn(new, depth=wearing.depth, spread=wearing.spread), 0.0)
+
+
+@dataclass(frozen=True)
+class YawRate:
+    """Feedback of the yaw rate with a gain of one's own, N m per rad/s."""
+
+    gain: float
+
+
+Contact = ContactLaw | Wearing | None
+"""None is the vehicle's own."""
+
+Control = str | YawRate | None
+"""Name of a shipped controller, feedback of the yaw rate, or none."""
+
+
+@dataclass(frozen=True)
+class State:
+    """What the page shows.
+
+    Attributes
+    ----------
+    vehicle : Vehicle or Assembly
+        As shipped, or as it was dropped; what follows changes it.
+    kind : {"bogie", "dual-wheelset", "coach"}
+        How much of a Vehicle; an Assembly is its own model.
+    contact : ContactLaw, Wearing or None
+    damper : {"own", "none"}, YawDamper or PrimaryDamper
+    numbers : tuple of (str, float)
+        Friction, creep factor and numbers of the contact law that differ from the vehicle's own.
+    radius, cant : float
+        m (``math.inf`` is tangent track), rad.
+    speed : float
+        m/s.
+    speed_range : (float, float)
+        m/s, over which eigenvalues are shown.
+    offset : float
+        m, lateral, of all bodies at the start of the motion.
+    duration : float
+        s, of the motion.
+    controller : str, YawRate or None
+
+    Raises
+    ------
+    ParameterError
+        If a running condition is not allowed.
+    """
+
+    vehicle: Vehicle | Assembly = HIGH_SPEED_COACH_HOLLOW
+    kind: Kind = "bogie"
+    contact: Contact = None
+    damper: Damper = "own"
+    numbers: tuple[tuple[str, float], ...] = ()
+    radius: float = math.inf
+    cant: float = 0.0
+    speed: float = 100.0
+    speed_range: tuple[float, float] = (5.0, 200.0)
+    offset: float = 2e-3
+    duration: float = 5.0
+    controller: Control = None
+
+    def __post_init__(self) -> None:
+        checks.choice("kind", self.kind, KINDS)
+        checks.curvature(self.radius)
+        checks.cant(self.cant)
+        low, high = checks.speeds(self.speed_range)
+        checks.number("speed", self.speed, low=low, high=high, unit="m/s")
+        checks.number("offset", self.offset, low=-LARGEST_OFFSET, high=LARGEST_OFFSET, unit="m")
+        checks.number("duration", self.duration, low=SHORTEST, high=LONGEST, unit="s")
+
+    # ------------------------------------------------------------------------- changes
+
+    def with_vehicle(self, vehicle: Vehicle | Assembly, kind: Kind | None = None) -> Self:
+        """Return the same running conditions with another vehicle, as it is."""
+        return dataclasses.replace(
+            self,
+            vehicle=vehicle,
+            kind=kind or self.kind,
+            contact=None,
+            damper="own",
+            numbers=(),
+        )
+
+    def with_contact(self, contact: Contact) -> Self:
+        """Return another contact; numbers of the one before go with it."""
+        kept = tuple((name, value) for name, value in self.numbers if name in COMMON)
+        return dataclasses.replace(self, contact=contact, numbers=kept)
+
+    def with_number(self, name: str, value: float) -> Self:
+        """Return another friction, creep factor or number of the contact law."""
+        numbers = {**dict(self.numbers), name: value}
+        return dataclasses.replace(self, numbers=tuple(sorted(numbers.items())))
+
+    def with_speed_range(self, low: float, high: float) -> Self:
+        """Return another range of speeds; the present speed moves into it."""
+        low, high = checks.speeds((low, high))
+        speed = min(max(self.speed, low), high)
+        return dataclasses.replace(self, speed_range=(low, high), speed=speed)
+
+    # ------------------------------------------------------------------------- what follows
+
+    @property
+    def law(self) -> ContactLaw | None:
+        """The contact law with its numbers; None where the parts of an assembly have their own."""
+        shown = self.vehicle_shown
+        return shown.contact if isinstance(shown, Vehicle) else None
+
+    @property
+    def vehicle_shown(self) -> Vehicle | Assembly:
+        """The vehicle with all changes.
+
+        Raises
+        ------
+        ParameterError
+            If it cannot be.
+        """
+        vehicle, numbers = self.vehicle, dict(self.numbers)
+        if isinstance(vehicle, Assembly):
+            for name, value in (("contact", self.contact), ("damper", self.damper)):
+                if value not in (None, "own"):
+                    raise ParameterError(
+                        f"{vehicle.name} is made of parts, which have their own {name}; change it there"
+                    )
+            return Assembled(vehicle).replace(**numbers).assembly if numbers else vehicle
+        if self.contact is not None:
+            vehicle = vehicle.replace(**contact_fields(self.contact))
+        if self.damper != "own":
+            vehicle = without_dampers(vehicle)
+            if not isinstance(self.damper, str):
+                vehicle = self.damper.on(vehicle)
+        return vehicle.replace(**numbers) if numbers else vehicle
+
+    def plant(self) -> Assembled:
+        """Return the model of the vehicle, without actuators."""
+        shown = self.vehicle_shown
+        return Assembled(shown) if isinstance(shown, Assembly) else _MODELS[self.kind](shown)
+
+    def model(self) -> Model:
+        """Return the model, with actuators and sensors where a controller is chosen."""
+        plant = self.plant()
+        return plant if self.controller is None else agents.equipped(plant)
+
+    def feedback(self) -> agents.Controller | None:
+        """Return the controller."""
+        if self.controller is None:
+            return None
+        if isinstance(self.controller, YawRate):
+            return agents.YawRateFeedback.design(self.model(), gain=self.controller.gain)
+        return agents.shipped(self.controller, self.problem)
+
+    @property
+    def problem(self) -> str:
+        """The problem whose shipped controllers are for this kind of vehicle."""
+        return _PROBLEMS[self.kind]
+
+    def to_python(self, *, diagram: bool = False) -> str:
+        """Return a script that computes what is shown; with the bifurcation diagram, if it is."""
+        from railenv.explorer.script import script
+
+        return script(self, diagram=diagram)
+
+    def to_toml(self) -> str:
+        """Return the vehicle as a file that every command takes, running conditions as comments."""
+        from railenv.explorer.script import conditions
+
+        head = "".join(f"# {line}\n" for line in conditions(self))
+        return f"{head}\n{self.vehicle_shown.to_toml()}"
+
+
+def contact_fields(contact: ContactLaw | Wearing) -> dict[str, ContactLaw | float]:
+    """Return the fields of a vehicle that a contact law brings: profiles have their own distance."""
+    law = contact.law() if isinstance(contact, Wearing) else contact
+    pair = law.new if isinstance(law, ProfileFamily) else law
+    if not isinstance(pair, ProfilePair):
+        return {"contact": law}
+    return {
+        "contact": law,
+        "half_gauge": pair.half_contact_distance,
+        "wheel_radius": pair.nominal_radius,
+    }
+
+
+@cache
+def controller_names(kind: Kind) -> tuple[str, ...]:
+    """Return the shipped controllers for a kind of vehicle whose closed loop has eigenvalues."""
+    problem = _PROBLEMS[kind]
+    names = agents.shipped_names(problem)
+    return tuple(n for n in names if isinstance(agents.shipped(n, problem), Feedback))
