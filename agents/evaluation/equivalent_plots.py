@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import control
 import matplotlib.pyplot as plt
 import numpy as np
+from numpy.typing import NDArray
 
 from agents.evaluation.colors import INK, colors
 from design.style import style
@@ -15,11 +16,25 @@ from design.style import style
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from agents.evaluation.equivalent import EquivalentDamper
+
+class Damper(Protocol):
+    """What is drawn: speeds (m/s), rates (N m s/rad) and stiffnesses (N m/rad)."""
+
+    @property
+    def speed(self) -> NDArray[np.float64]:
+        """Return the speeds."""
+
+    @property
+    def rate(self) -> NDArray[np.float64]:
+        """Return the rates."""
+
+    @property
+    def stiffness(self) -> NDArray[np.float64]:
+        """Return the stiffnesses."""
 
 
 def plot_equivalent(
-    dampers: Mapping[str, EquivalentDamper],
+    dampers: Mapping[str, Damper],
     axes: Sequence[Axes] | None = None,
     palette: Mapping[str, str] | None = None,
 ) -> control.ControlPlot:
@@ -27,7 +42,7 @@ def plot_equivalent(
 
     Parameters
     ----------
-    dampers : mapping of str to EquivalentDamper
+    dampers : mapping of str to agents.EquivalentDamper
         By what to call them.
     axes : sequence of two Axes, optional
     palette : mapping of str to str, optional
