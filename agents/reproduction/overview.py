@@ -103,13 +103,16 @@ class Overview(Section):
     def sentences(self, data: Data) -> list[str]:
         """Return what the analysis tells of the coach alone, and what its controllers reach."""
         branch, found = self.branch(data), self.controlled(data)
-        low, high = branch.nonlinear_critical_speed, branch.hopf.speed
+        low, hopf = branch.nonlinear_critical_speed, branch.hopf
         assert low is not None
+        assert hopf is not None
+        high = hopf.speed
+        assert high is not None
         between = (low + high) / 2.0
         size = survived(branch, between)
         best = max((c for c in found if c.reads == "sensors"), key=lambda c: c.reached)
         return [
-            f"The coach's bogie hunts from {high:.1f} m/s at {branch.hopf.frequency:.2f} Hz. That is "
+            f"The coach's bogie hunts from {high:.1f} m/s at {hopf.frequency:.2f} Hz. That is "
             "the linear critical speed: the answer of the eigenvalues.",
             f"Hunting persists down to {low:.1f} m/s, the fold of the limit cycles. In between it "
             f"depends on the disturbance: at {between:.0f} m/s one of {1e3 * size:.1f} mm or more "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from typing import Any
 
@@ -52,7 +53,7 @@ def damping_cures_body_hunting(evidence: Evidence) -> Claim:
     found = evidence.data[body_damping().name]
     helped = [_better(before, after) for before, after in pairwise(found) if _body_hunts(before)]
     share = sum(helped) / len(helped) if helped else 0.0
-    told = f"more damping helps in {sum(helped)} of {len(helped)} steps: {_told(found)}"
+    told = f"more damping helps in {sum(helped)} of {len(helped)} steps; {_told(found)}"
     finding = Finding(told, "agrees" if share > MOST else "differs") if helped else None
     return Claim(
         "body-damping",
@@ -63,8 +64,8 @@ def damping_cures_body_hunting(evidence: Evidence) -> Claim:
         _findings(finding or Finding("its body does not hunt", "open")),
         f"The whole coach on a conicity of {LOW_CONICITY:g}, where its body hunts, tangent track. A "
         "step helps if it ends body hunting or puts it off. With little damping it does; but with "
-        "much, the dampers tie the body to the frames, and its hunting comes back. The coach's own "
-        "damping is already beyond the best.",
+        "much, the dampers tie the body to the frames, and its hunting comes back. Of the values tried, "
+        f"{_best(found):g} times the coach's own damping is best.",
     )
 
 
@@ -82,13 +83,19 @@ def _better(before: dict[str, Any], after: dict[str, Any]) -> bool:
 
 
 def _told(found: list[dict[str, Any]]) -> str:
-    """Say with which multiples of the coach's damping the body hunts, and from what speed."""
+    """Say with which multiples of the coach's damping body or bogies hunt, and from what speed."""
     parts = [
-        f"{factor:g} times {'body' if _body_hunts(one) else 'bogies'} from {one['speed']:.0f} m/s"
+        f"{factor:g}: {'body' if _body_hunts(one) else 'bogies'} from {one['speed']:.0f} m/s"
         for factor, one in zip(DAMPING, found, strict=True)
         if one["speed"] is not None
     ]
-    return ", ".join(parts)
+    return "multiples of its own damping: " + ", ".join(parts)
+
+
+def _best(found: list[dict[str, Any]]) -> float:
+    """Return the multiple of the coach's damping with which it hunts last."""
+    speeds = [math.inf if one["speed"] is None else one["speed"] for one in found]
+    return DAMPING[speeds.index(max(speeds))]
 
 
 BODY_RULES: tuple[Rule, ...] = (body_does_not_matter, damping_cures_body_hunting)

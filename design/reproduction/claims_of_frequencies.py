@@ -69,8 +69,8 @@ def bogie_is_quicker_below(evidence: Evidence) -> Claim:
         findings,
         "Above the critical speed the paper has it the other way round "
         f"({bogie.frequency:g} against {dual.frequency:g} Hz), and at nearly three times the "
-        "frequency. From equations whose motion has nearly one wavelength at all speeds, the frequency "
-        "cannot change so much within the few m/s that the paper gives between the two.",
+        "frequency. The wavelength of hunting changes little with the speed, so these equations give no "
+        "such rise within the few m/s between the paper's steady running and its hunting.",
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from markupsafe import Markup
 
+import railenv
 from design.reproduction import paper
 from design.reproduction.document import fragment
 from design.reproduction.drawing import INK, legend_below, panel
@@ -23,7 +24,6 @@ from design.reproduction.simplifications import (
 from design.reproduction.store import Piece
 from design.style import SERIES
 from railenv.contact.laws import LinearProfile
-from railenv.vehicles.presets import HIGH_SPEED_COACH
 
 _READINGS = (
     ("tangent", "tangent, linear", "o"),
@@ -56,8 +56,8 @@ class Simplifications(Section):
         assert isinstance(linear, LinearProfile)
         first, last = of(found, PAPERS, "at rest"), of(found, PROFILES, "moving")
         paragraphs = [
-            f"The same coach ({HIGH_SPEED_COACH.name}, everything else equal) with one simplification "
-            "of the paper after the other taken back. Contact: the paper's cone; a cone with the "
+            f"The same coach ({railenv.HIGH_SPEED_COACH.name}, everything else equal) with one "
+            "simplification of the paper after the other taken back. Contact: the paper's cone; a cone with the "
             f"conicity that S1002 wheels on UIC 60 rails have at {1e3 * AMPLITUDE:g} mm "
             f"({linear.conicity:.3f}); a linear profile with their contact angle "
             f"({linear.contact_angle:.3f} rad) and its rate ({linear.contact_angle_rate:.1f} rad/m) "

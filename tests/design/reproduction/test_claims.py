@@ -309,7 +309,10 @@ def test_body_matters_if_it_moves_the_critical_speed(bodies):
 def test_damping_cures_body_hunting_if_more_of_it_always_helps(bodies):
     claim = judged_body(bodies, "body-damping")
     assert verdicts(claim) == ["open", "open", "differs"]
-    assert "helps in 2 of 4 steps: 0 times body from 30 m/s" in claim.findings[COACH].text
+    assert "helps in 2 of 4 steps; multiples of its own damping: 0: body from 30 m/s" in (
+        claim.findings[COACH].text
+    )
+    assert "0.25 times the coach's own damping is best" in claim.why
     found = bodies[body_damping().name]
     for one in found[5:]:
         one["mode"] = "bogie hunting, in phase"
