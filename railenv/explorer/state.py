@@ -140,11 +140,19 @@ class State:
     def __post_init__(self) -> None:
         checks.choice("kind", self.kind, KINDS)
         checks.curvature(self.radius)
-        checks.cant(self.cant)
         low, high = checks.speeds(self.speed_range)
-        checks.number("speed", self.speed, low=low, high=high, unit="m/s")
-        checks.number("offset", self.offset, low=-LARGEST_OFFSET, high=LARGEST_OFFSET, unit="m")
-        checks.number("duration", self.duration, low=SHORTEST, high=LONGEST, unit="s")
+        shift: dict[str, float] = {"low": -LARGEST_OFFSET, "high": LARGEST_OFFSET}
+        kept = {
+            "radius": float(self.radius),
+            "cant": checks.cant(self.cant),
+            "speed_range": (low, high),
+            "speed": checks.number("speed", self.speed, low=low, high=high, unit="m/s"),
+            "offset": checks.number("offset", self.offset, **shift, unit="m"),
+            "duration": checks.number("duration", self.duration, low=SHORTEST, high=LONGEST, unit="s"),
+            "numbers": tuple((name, checks.number(name, value)) for name, value in self.numbers),
+        }
+        for name, value in kept.items():  # a browser gives whole numbers where it can
+            object.__setattr__(self, name, value)
 
     # ------------------------------------------------------------------------- changes
 

@@ -98,7 +98,7 @@ def test_toml_tells_the_command_that_goes_on_with_it(tmp_path):
 
 @pytest.mark.parametrize(
     "vehicle",
-    [*railenv.PRESETS, MINE, railenv.CRH380A.replace(name="x", conicity=None)],
+    [*railenv.PRESETS, MINE],
     ids=lambda v: v.name,
 )
 def test_python_of_a_vehicle_makes_its_equal(vehicle):
