@@ -365,7 +365,9 @@ class Controls:
 
     def _pair_changed(self, **fields: Any) -> Change:
         """Return a change of the pair of profiles; names are those of shipped or dropped ones."""
-        given = {n: self.profiles.get(v, v) if isinstance(v, str) else v for n, v in fields.items()}
+        given: dict[str, Any] = {
+            n: self.profiles.get(v, v) if isinstance(v, str) else v for n, v in fields.items()
+        }
 
         def change(state: State) -> State:
             contact = state.contact
@@ -555,7 +557,7 @@ def number_values(state: State) -> dict[str, float]:
     if isinstance(shown, Assembly):
         return {n: v for n, v in shown.parameters.items() if n in NUMBERS}
     assert law is not None
-    own = [n for n in ("wear", "conicity") if n in law.number_fields()]
+    own: list[str] = [n for n in ("wear", "conicity") if n in law.number_fields()]
     own += [n for n in law.number_fields() if n not in own]
     given = dict(state.numbers)
     values = {n: float(getattr(law, n)) for n in own}
@@ -589,7 +591,7 @@ def _contact_name(contact: Contact) -> str:
     if contact is None:
         return _OWN
     names = {Cone: _CONE, LinearProfile: _LINEAR, HollowTread: _HOLLOW, ProfilePair: _PAIR}
-    return _WEARING if isinstance(contact, Wearing) else names[type(contact)]  # type: ignore[index]
+    return _WEARING if isinstance(contact, Wearing) else names[type(contact)]
 
 
 def _radius_options(also: float = math.inf) -> dict[str, float]:
