@@ -124,7 +124,7 @@ def tune_h_infinity(
     model: Equipped,
     *,
     speeds: Sequence[float],
-    tolerance: float = 0.05,
+    tolerance: float = 0.1,
     generations: int = 1,
     seed: int = 0,
     period: float = CONTROL_PERIOD,
