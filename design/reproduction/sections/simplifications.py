@@ -140,8 +140,8 @@ def _summary(first: Simplified, last: Simplified) -> str:
     return (
         f"All together: {first.without_curving:.1f} m/s on the curve as the paper models it, "
         f"{last.with_curving:.1f} m/s with profiles, a moving body and wheelbase curving; on tangent "
-        f"track hunting persists from {first.persists_from:.1f} and {last.persists_from:.1f} m/s, "
-        f"where the linear critical speed of the first is {first.tangent:.1f} m/s."
+        f"track hunting persists from {first.persists_from:.1f} and {last.persists_from:.1f} m/s, and "
+        f"the linear critical speeds are {first.tangent:.1f} and {last.tangent:.1f} m/s."
     )
 
 
