@@ -102,10 +102,9 @@ def _wheel(s: int, w: Place, speed: Scalar, curvature: Scalar, p: Scalar):
         arm * fz + radius * fy + moment * s * slope * w.psi / chi,
         back * fy - arm * fx + moment / chi,
     )
-    touches = load / p.vertical_rail_stiffness
     size = sqrt(along * along + across * across + FORCE_FLOOR * FORCE_FLOOR)
-    creep = tuple(where_positive(touches, c, 0.0) for c in creep)
-    return normal, creep, load * chi, where_positive(touches, size, 0.0)
+    creep = tuple(where_positive(load, c, 0.0) for c in creep)
+    return normal, creep, load * chi, where_positive(load, size, 0.0)
 
 
 def _spring(y: Scalar, p: Scalar) -> Scalar:

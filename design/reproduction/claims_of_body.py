@@ -64,8 +64,8 @@ def damping_cures_body_hunting(evidence: Evidence) -> Claim:
         _findings(finding or Finding("its body does not hunt", "open")),
         f"The whole coach on a conicity of {LOW_CONICITY:g}, where its body hunts, tangent track. A "
         "step helps if it ends body hunting or puts it off. With little damping it does; but with "
-        "much, the dampers tie the body to the frames, and its hunting comes back. Of the values tried, "
-        f"{_best(found):g} times the coach's own damping is best.",
+        "much, the dampers tie the body to the frames, and its hunting comes back. Of the values "
+        f"tried, {_best(found):g} times the coach's own damping is best.",
     )
 
 

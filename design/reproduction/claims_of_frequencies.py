@@ -69,8 +69,8 @@ def bogie_is_quicker_below(evidence: Evidence) -> Claim:
         findings,
         "Above the critical speed the paper has it the other way round "
         f"({bogie.frequency:g} against {dual.frequency:g} Hz), and at nearly three times the "
-        "frequency. The wavelength of hunting changes little with the speed, so these equations give no "
-        "such rise within the few m/s between the paper's steady running and its hunting.",
+        "frequency. The wavelength of hunting changes little with the speed, so these equations give "
+        "no such rise within the few m/s between the paper's steady running and its hunting.",
     )
 
 

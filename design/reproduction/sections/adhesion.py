@@ -24,10 +24,10 @@ _MARKERS = {"TABLE_1": ("o", 4.0), "TABLE_1_PRINTED_LOADS": ("s", 8.0), "HIGH_SP
 
 
 class Adhesion(Section):
-    """The adhesion limit of a curve as an explanation of the paper's speeds."""
+    """The adhesion limit of a curve as a conjecture on the paper's speeds."""
 
     key = "adhesion"
-    title = "An explanation: the adhesion limit of the curve"
+    title = "A conjecture: the adhesion limit of the curve"
 
     def __init__(self, settings: Settings, *, whole: bool) -> None:
         self._settings = settings
@@ -38,7 +38,7 @@ class Adhesion(Section):
         return tuple(pieces.diagram(c, self._settings) for c in CASES) if self._whole else ()
 
     def text(self, data: Data) -> Markup:
-        """Return the explanation and the table of limits."""
+        """Return the conjecture and the table of limits."""
         rows = [_row(case) for case in CASES]
         inside = sum(row[-1] == "yes" for row in rows)
         paragraphs = [

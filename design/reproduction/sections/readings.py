@@ -120,8 +120,8 @@ def _answer(found: dict[str, Any]) -> list[str]:
         for name, search in found["searches"].items()
         for unit in UNITS
     }
-    different = ", ".join(f"{n} of the {MODEL_TITLES[m]}" for m, n in found["different"].items())
-    told = f"The readings make different equations: {different}."
+    different = " and ".join(f"{n} of the {MODEL_TITLES[m]}" for m, n in found["different"].items())
+    told = f"The readings make {different} that differ."
     if not any(both.values()):
         return [f"None was found: no reading puts both models into their brackets. {told}"]
     hits = "; ".join(f"{n} by {name} in {unit}" for (name, unit), n in both.items() if n)

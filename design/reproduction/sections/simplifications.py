@@ -57,8 +57,8 @@ class Simplifications(Section):
         first, last = of(found, PAPERS, "at rest"), of(found, PROFILES, "moving")
         paragraphs = [
             f"The same coach ({railenv.HIGH_SPEED_COACH.name}, everything else equal) with one "
-            "simplification of the paper after the other taken back. Contact: the paper's cone; a cone with the "
-            f"conicity that S1002 wheels on UIC 60 rails have at {1e3 * AMPLITUDE:g} mm "
+            "simplification of the paper after the other taken back. Contact: the paper's cone; a cone "
+            f"with the conicity that S1002 wheels on UIC 60 rails have at {1e3 * AMPLITUDE:g} mm "
             f"({linear.conicity:.3f}); a linear profile with their contact angle "
             f"({linear.contact_angle:.3f} rad) and its rate ({linear.contact_angle_rate:.1f} rad/m) "
             "too; the profiles themselves. Body: at rest above one bogie, as the paper's load, or a "
@@ -140,8 +140,8 @@ def _summary(first: Simplified, last: Simplified) -> str:
     return (
         f"All together: {first.without_curving:.1f} m/s on the curve as the paper models it, "
         f"{last.with_curving:.1f} m/s with profiles, a moving body and wheelbase curving; on tangent "
-        f"track hunting persists from {first.persists_from:.1f} and {last.persists_from:.1f} m/s, "
-        f"where the linear critical speed of the first is {first.tangent:.1f} m/s."
+        f"track hunting persists from {first.persists_from:.1f} and {last.persists_from:.1f} m/s, and "
+        f"the linear critical speeds are {first.tangent:.1f} and {last.tangent:.1f} m/s."
     )
 
 

@@ -40,7 +40,7 @@ def test_hunting_persists_from_where_simulation_finds_its_end():
         rate=0.5,
         perturbation={"y_w1": 9e-3, "y_b": 9e-3},
     )
-    assert ramp.critical_speed == pytest.approx(kept.persists_from, rel=0.02)
+    assert 0.96 < ramp.critical_speed / kept.persists_from < 1.005  # a ramp lags behind
 
 
 @pytest.mark.parametrize("body", BODIES)
