@@ -52,7 +52,6 @@ docs: $(DEVELOPED) ## regenerate the pages that are made from code and measureme
 	$(BIN)/python docs/make_creep.py
 	$(BIN)/python docs/make_contact.py
 	$(BIN)/python docs/make_recipes.py
-	$(BIN)/python docs/make_explorer.py
 	$(BIN)/python docs/make_reliability.py
 	$(BIN)/python docs/make_clients.py
 	$(BIN)/python -m examples.reward_of_idle_and_lqr

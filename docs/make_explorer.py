@@ -81,6 +81,8 @@ def opened(chromium: Any, address: str, size: dict[str, Any], **more: Any) -> An
 
 def main() -> None:
     """Take both pictures."""
+    if executable() is None:
+        raise SystemExit("there is no Chromium on this machine (apt install chromium)")
     with served(*_SHOWN) as address, browser() as chromium:
         page = opened(chromium, address, DESKTOP)
         page.get_by_role("button", name="Follow the limit cycles").click()

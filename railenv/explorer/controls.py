@@ -169,8 +169,11 @@ class Controls:
         """Change the state by what a widget is moved to, unless it is only being shown."""
 
         def changed(event: Any) -> None:
+            def wanted(state: State) -> State:
+                return change(event.new)(state)
+
             if not self._showing and event.new is not None:
-                self._change(change(event.new))
+                self._change(wanted)
 
         widget.param.watch(changed, "value")
 
@@ -197,9 +200,16 @@ class Controls:
             stylesheets=[DROP],
         )
 
+        clearing = False
+
         def changed(event: Any) -> None:
-            if event.new is not None and widget.filename:
+            nonlocal clearing
+            if clearing and not event.new:
+                clearing = False
+            elif event.new is not None and widget.filename:
                 self._opened(widget.filename, event.new, opened)
+                clearing = True
+                widget.clear()  # so that the same file may be dropped again
 
         widget.param.watch(changed, "value")
         label = pn.pane.HTML(
@@ -365,9 +375,12 @@ class Controls:
 
     def _pair_changed(self, **fields: Any) -> Change:
         """Return a change of the pair of profiles; names are those of shipped or dropped ones."""
-        given: dict[str, Any] = {
-            n: self.profiles.get(v, v) if isinstance(v, str) else v for n, v in fields.items()
-        }
+        given = dict(fields)
+        for kind in ("wheel", "rail"):
+            name = fields.get(kind)
+            if isinstance(name, str):  # never a path
+                checks.known(f"profile of a {kind}", [name], [*SHIPPED, *self.profiles])
+                given[kind] = self.profiles.get(name, name)
 
         def change(state: State) -> State:
             contact = state.contact

@@ -137,7 +137,7 @@ def test_a_bad_file_is_told_and_nothing_is_lost(page, tmp_path):
     file = tmp_path / "bad.toml"
     file.write_text('base = "HIGH_SPEED_COACH"\nconicity = -1\n')
     before = shown(page)
-    drop(page, page.locator("input[type=file]").first, file)
+    drop(page, page.locator("input[accept='.toml']"), file)
     make_explorer.wait_for(page, "[role=alert]", "conicity")
     assert shown(page) == before
 
@@ -155,7 +155,7 @@ def test_a_file_beside_its_place_does_not_replace_the_page(page, tmp_path):
 def test_a_dropped_vehicle_is_shown(page, tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text(MINE)
-    drop(page, page.locator("input[type=file]").first, file)
+    drop(page, page.locator("input[accept='.toml']"), file)
     mine = railenv.Bogie(railenv.HIGH_SPEED_COACH.replace(conicity=0.2))
     expected = design.critical_speed(mine, speed_range=(3.0, 200.0))
     make_explorer.wait_for(page, "h1", re.escape(str(expected)))

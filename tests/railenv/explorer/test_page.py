@@ -171,6 +171,18 @@ def test_a_dropped_profile_runs_on_the_rail(page):
     assert page.curves.at_bound == pytest.approx(own, rel=1e-2)
 
 
+def test_what_a_browser_sends_as_a_profile_is_no_path(page, tmp_path):
+    file = tmp_path / "wheel.csv"
+    railenv.Profile.named("S1002").write(file)
+
+    def sent(state):
+        return page.controls._pair_changed(wheel=str(file))(state)
+
+    page.change(sent)
+    assert "unknown profile of a wheel" in page.message
+    assert page.state == State()
+
+
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
