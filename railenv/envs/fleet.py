@@ -127,6 +127,16 @@ class Fleet:
         return len(self.model.command_names)
 
     @property
+    def integration_steps(self) -> list[tuple[float, int]]:
+        """Length (s) of each integration step of a control period, and how old the command in it is.
+
+        The age is counted in control periods: 0 is the command of the period itself.
+        """
+        before, after, slots = self._delay
+        h_before, h_after, *_ = self._real_plan
+        return [(h_before, slots - 1)] * before + [(h_after, slots - 2)] * after
+
+    @property
     def rewards(self) -> Array:
         """Rewards of the last step, shape (n,)."""
         return np.asarray(self.terms[:, 0])
