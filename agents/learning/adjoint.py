@@ -69,6 +69,7 @@ class Adjoint:
         self._rails = _Rails(fleet, self._steps)
         self._kernels = fleet.model.kernels(LANES["float64"])
         self._layout = self._kernels.LAYOUT
+        self._lanes = LANES["float64"]
         self._w = self._buffer()
         cells = np.array(self._kernels.CELLS).reshape(-1, 2)
         used = np.flatnonzero(cells[:, 1] < self._n + self._m)  # the commands are the first inputs
@@ -87,7 +88,7 @@ class Adjoint:
 
     def _buffer(self) -> Array:
         """Return blocks of rows of lanes with the numbers of every vehicle."""
-        fleet, layout, lanes = self._fleet, self._layout, LANES["float64"]
+        fleet, layout, lanes = self._fleet, self._layout, self._lanes
         blocks = -(-fleet.n // lanes)
         self._blocks = buffers.zeros((blocks, layout.rows * lanes))
         rows, self._tables = fleet.model.rows()
@@ -122,10 +123,23 @@ class Adjoint:
         Pulled
             Commands older than the rollout are left out.
         """
-        if not self._rails.uneven and (np.abs(state - self.still) <= SMALL * self._scale).all():
-            pulled = self._by_map(by_end)
-        else:
-            pulled = self._by_steps(k, state, shares, by_end)
+        still = (np.abs(state - self.still) <= SMALL * self._scale).all(axis=1)
+        if self._rails.uneven:
+            still[:] = False
+        # a block is gone through as a whole, and costs as much as a thousand maps
+        blocks = np.flatnonzero(~np.logical_and.reduceat(still, range(0, len(still), self._lanes)))
+        pulled = self._by_map(by_end) if len(blocks) < len(self._blocks) else None
+        if len(blocks):
+            rows = (blocks[:, None] * self._lanes + np.arange(self._lanes)).ravel()
+            rows = rows[rows < len(still)]
+            found = self._by_steps(k, state, shares, by_end, blocks, rows)
+            if pulled is None:
+                pulled = found
+            else:
+                pulled.state[rows] = found.state
+                for age, by in found.commands.items():
+                    pulled.commands[age][rows] = by
+        assert pulled is not None
         return Pulled(pulled.state, {age: g for age, g in pulled.commands.items() if age <= k})
 
     def _by_map(self, by_end: Array) -> Pulled:
@@ -141,8 +155,9 @@ class Adjoint:
     def _mapped(self) -> Pulled:
         """Return the transposed derivatives of a period at steady running, column by column."""
         none = np.zeros((1, self._fleet.n, self._m))
+        every = np.arange(len(self._blocks)), np.arange(self._fleet.n)
         columns = [
-            self._by_steps(0, self.still, none, np.broadcast_to(unit, self.still.shape))
+            self._by_steps(0, self.still, none, np.broadcast_to(unit, self.still.shape), *every)
             for unit in np.eye(self._n)
         ]
         ages = columns[0].commands
@@ -151,65 +166,88 @@ class Adjoint:
             {age: np.stack([c.commands[age] for c in columns], axis=2) for age in ages},
         )
 
-    def _by_steps(self, k: int, state: Array, shares: Array, by_end: Array) -> Pulled:
-        """Go back through every Runge-Kutta step of a period."""
-        n, lanes = self._n, self._w.shape[2]
-        back = _in_lanes(by_end, lanes)
+    def _by_steps(
+        self,
+        k: int,
+        state: Array,
+        shares: Array,
+        by_end: Array,
+        blocks: NDArray[np.intp],
+        rows: NDArray[np.intp],
+    ) -> Pulled:
+        """Go back through every Runge-Kutta step of a period; for some blocks, of vehicles ``rows``."""
+        n = self._n
+        back = _in_lanes(by_end[rows], self._lanes)
         commands: dict[int, Array] = {}
-        for step in reversed(self._staged(k, state, shares)):
-            self._drive(step.commands, step.rails)
+        for step in reversed(self._staged(k, state, shares, blocks, rows)):
+            self._drive(step, blocks)
             h, whole, before = step.length, back, np.zeros_like(back)
             # from the last stage to the first: how much its slope counts, how far the next one goes
             for x, weight, ahead in zip(
                 reversed(step.stages), (1.0, 2.0, 2.0, 1.0), (0.0, h, 0.5 * h, 0.5 * h), strict=True
             ):
-                by = self._pull(x, h / 6.0 * weight * whole + ahead * before)
+                by = self._pull(x, h / 6.0 * weight * whole + ahead * before, blocks)
                 before = by[:, :n]
                 back = back + before
-                commands[step.age] = commands.get(step.age, 0.0) + by[:, n:]
-        count = self._fleet.n
+                told = commands.setdefault(step.age, np.zeros_like(by[:, n:]))
+                told += by[:, n:]
+        count = len(rows)
         return Pulled(
             _in_rows(back, count),
             {age: _in_rows(by, count) * self._limits for age, by in commands.items()},
         )
 
-    def _staged(self, k: int, state: Array, shares: Array) -> list[_Step]:
+    def _staged(
+        self,
+        k: int,
+        state: Array,
+        shares: Array,
+        blocks: NDArray[np.intp],
+        rows: NDArray[np.intp],
+    ) -> list[_Step]:
         """Run a period once more; return the states of the stages of every step."""
-        lanes = self._w.shape[2]
-        x = _in_lanes(state, lanes)
+        x = _in_lanes(state[rows], self._lanes)
         steps = []
         for i, (h, age) in enumerate(self._steps):
             given = shares[k - age] if age <= k else np.zeros_like(shares[0])
-            step = _Step(h, age, _in_lanes(given * self._limits, lanes), self._rails.at(k, i), [x])
-            self._drive(step.commands, step.rails)
-            slopes = [self._slope(x)]
+            commands = _in_lanes(given[rows] * self._limits, self._lanes)
+            rails = self._rails.at(k, i)
+            under = None if rails is None else _in_lanes(rails[rows], self._lanes)
+            step = _Step(h, age, commands, under, [x])
+            self._drive(step, blocks)
+            slopes = [self._slope(x, blocks)]
             for ahead in (0.5 * h, 0.5 * h, h):
                 step.stages.append(x + ahead * slopes[-1])
-                slopes.append(self._slope(step.stages[-1]))
+                slopes.append(self._slope(step.stages[-1], blocks))
             x = x + h / 6.0 * (slopes[0] + 2.0 * (slopes[1] + slopes[2]) + slopes[3])
             steps.append(step)
         return steps
 
-    def _drive(self, commands: Array, rails: Array | None) -> None:
+    def _drive(self, step: _Step, blocks: NDArray[np.intp]) -> None:
         u = self._layout.u
-        self._w[:, u : u + self._m] = commands
-        if rails is not None:
-            self._w[:, u + self._rails.columns] = _in_lanes(rails, self._w.shape[2])
+        self._w[blocks, u : u + self._m] = step.commands
+        if step.rails is not None:
+            self._w[blocks[:, None], u + self._rails.columns] = step.rails
 
-    def _slope(self, x: Array) -> Array:
-        self._w[:, : self._n] = x
-        for block in self._blocks:
-            self._kernels.rhs(block, self._tables)
-        return self._w[:, self._layout.dx : self._layout.work].copy()
+    def _slope(self, x: Array, blocks: NDArray[np.intp]) -> Array:
+        """Return the slopes at some states."""
+        layout = self._layout
+        out = np.empty_like(x)
+        for b, own, slope in zip(blocks, x, out, strict=True):
+            self._w[b, : self._n] = own
+            self._kernels.rhs(self._blocks[b], self._tables)
+            slope[:] = self._w[b, layout.dx : layout.work]
+        return out
 
-    def _pull(self, x: Array, by_slope: Array) -> Array:
+    def _pull(self, x: Array, by_slope: Array, blocks: NDArray[np.intp]) -> Array:
         """Return the transposed Jacobian at some states times derivatives by the slopes there."""
-        self._w[:, : self._n] = x
-        for block in self._blocks:
-            self._kernels.jacobian(block, self._tables)
-        out = np.zeros((len(x), self._n + self._m, x.shape[2]))
-        terms = self._w[:, self._entries] * by_slope[:, self._rows]
-        out[:, self._columns] = np.add.reduceat(terms, self._starts, axis=1)
+        out = np.zeros((len(x), self._n + self._m, self._lanes))
+        for b, own, by, found in zip(blocks, x, by_slope, out, strict=True):
+            self._w[b, : self._n] = own
+            self._kernels.jacobian(self._blocks[b], self._tables)
+            terms = self._w[b, self._entries]
+            terms *= by[self._rows]
+            found[self._columns] = np.add.reduceat(terms, self._starts, axis=0)
         return out
 
 

@@ -1,7 +1,7 @@
-"""Policies that add nothing to steady readings: which inputs have weights of their own, and which follow.
+"""Policies that add nothing to steady readings: which inputs have weights, and which follow from them.
 
-What a curve adds to a reading passes all its filters alike, and together they must not see it: the weight
-of the slowest filter of a reading is minus the sum of its other weights.
+What a curve adds to a reading passes all its filters alike, and together they must not see it: the
+weight of the slowest filter of a reading is minus the sum of its other weights.
 """
 
 from __future__ import annotations

@@ -7,8 +7,8 @@ network, for all vehicles and control periods at once. Needs the extra ``rl``.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -43,16 +43,14 @@ class OddNetwork(nn.Module):
     outputs : int
     """
 
-    def __init__(
-        self, cancelled: Cancelled, signs: Array, hidden: Sequence[int], outputs: int
-    ) -> None:
+    def __init__(self, cancelled: Cancelled, signs: Array, hidden: Sequence[int], outputs: int) -> None:
         super().__init__()
         self._signs = signs
         self._picked = torch.from_numpy(cancelled.matrix)
         self._own = torch.from_numpy(signs[cancelled.free])
         widths = [len(cancelled.free), *hidden, outputs]
         layers: list[nn.Module] = []
-        for before, after in zip(widths[:-1], widths[1:], strict=True):
+        for before, after in itertools.pairwise(widths):
             layers += [nn.Linear(before, after, dtype=torch.float64), nn.Tanh()]
         self._layers = nn.Sequential(*layers[:-1])
         with torch.no_grad():
@@ -108,22 +106,6 @@ class _Recorder(Controller):
         self.inputs.append(inputs)
         self.shares.append(shares)
         return shares
-
-
-@dataclass(frozen=True)
-class Cost:
-    """What a rollout has cost.
-
-    Attributes
-    ----------
-    value : float
-        Mean over the cases.
-    rates : ndarray, shape (n_cases,)
-        What every case exceeds the decay asked for by, 1/s.
-    """
-
-    value: float
-    rates: Array
 
 
 class Runs:
@@ -187,10 +169,15 @@ class Runs:
             states.append(fleet.all_states())
         return np.array(states), np.array(recorder.inputs), np.array(recorder.shares)
 
-    def cost(self, network: OddNetwork) -> Cost:
+    @property
+    def steps(self) -> int:
+        """Environment steps of a run of all cases."""
+        return self._horizon * self._rollout.fleet.n
+
+    def cost(self, network: OddNetwork) -> float:
         """Return what a network costs, and add its gradient to that of the network's parameters."""
         states, inputs, shares = self.run(network.plain())
-        cost, by_states = self._judge(states, shares)
+        cost, by_states = self.judge(states, shares)
         x = torch.from_numpy(inputs.reshape(-1, inputs.shape[2])).requires_grad_()
         out = network(x)
         slopes = [
@@ -202,8 +189,12 @@ class Runs:
         out.backward(torch.from_numpy(by_shares.reshape(out.shape)))
         return cost
 
-    def _judge(self, states: Array, shares: Array) -> tuple[Cost, Array]:
-        """Return the cost of a motion and its derivatives by the states."""
+    def judge(self, states: Array, shares: Array) -> tuple[float, Array]:
+        """Return the cost of a motion and its derivatives by the states.
+
+        The cost is the mean square of what the growth rate of each motion exceeds the decay asked for
+        by (softly, 1/s), and of the commands with their weight.
+        """
         off = states - self._adjoint.still
         energy = (self._sizes * off**2).sum(axis=2)
         last = len(states) - max(1, self._horizon // 4)
@@ -217,7 +208,7 @@ class Runs:
         by_states = np.zeros_like(states)
         by_energy = by_ratio / wanted / (len(states) - last)
         by_states[last:] = 2.0 * by_energy[:, None] * self._sizes * off[last:]
-        return Cost(value, rates), by_states
+        return value, by_states
 
     def _back(
         self, states: Array, inputs: Array, shares: Array, gains: Array, by_states: Array
@@ -244,7 +235,7 @@ class Runs:
 
 
 def _sizes(model: Equipped, cases: Sequence[Case]) -> Array:
-    """Weights of squared states in the energy of a motion, as the reward measures it, for every case."""
+    """Weights of squared states in the energy of every case, which the reward measures hunting by."""
     names = model.state_names
     sizes = np.zeros((len(cases), len(names)))
     for i, case in enumerate(cases):

@@ -478,7 +478,7 @@ class Fleet:
 
     def snapshot(self) -> dict[str, Any]:
         """Return a copy of everything that changes."""
-        return {name: copy.deepcopy(getattr(self, name)) for name in self._KEPT}
+        return {name: copy.copy(getattr(self, name)) for name in self._KEPT}  # episodes never change
 
     def restore(self, kept: Mapping[str, Any]) -> None:
         """Go back to a snapshot of a fleet with the same settings."""
@@ -489,7 +489,7 @@ class Fleet:
                     f"the state given has another {name} than this environment; it must come from one "
                     "with the same settings and number of environments"
                 )
-            setattr(self, name, copy.deepcopy(given))
+            setattr(self, name, copy.copy(given))
         self._join()
 
     def __getstate__(self) -> dict[str, Any]:
