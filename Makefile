@@ -42,6 +42,7 @@ docs: $(DEVELOPED) ## regenerate the pages that are made from code and measureme
 	$(BIN)/railenv reproduce --out results && cp results/data/claims.json docs/claims.json
 	$(BIN)/python docs/make_validation.py
 	$(BIN)/python docs/make_learned.py
+	$(BIN)/python docs/make_through.py
 	$(BIN)/python docs/make_diagram.py
 	$(BIN)/python docs/make_pictures.py
 	$(BIN)/python docs/make_curves.py

@@ -14,7 +14,7 @@ from agents.evaluation.rollout import Case
 from railenv import Equipped, checks
 from railenv.envs.settings import LOWEST_SPEED
 
-_AT_AN_END = 0.5  # share of the vehicles that have an end of a range: the worst ones are there
+_AT_AN_END = 2.0 / 3.0  # share of the vehicles that have an end of a range: the worst ones are there
 
 _OFFSET_LIMIT = 0.02  # m
 
@@ -48,11 +48,11 @@ class Exercises:
     """
 
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=_ranges)
-    speeds: tuple[float, float] = (20.0, 135.0)
+    speeds: tuple[float, float] = (15.0, 132.0)
     vehicles: int = 48
     groups: int = 6
     horizon: float = 1.0
-    decay: float = 1.0
+    decay: float = 0.6
     effort: float = 0.05
     rough: int = 16
     offset: float = 0.004

@@ -32,7 +32,7 @@ class Cancelled:
     matrix: Array
 
 
-def cancelled(memory: Memory, even: bool = False) -> Cancelled:
+def cancelled(memory: Memory, *, even: bool = False, commands: bool = True) -> Cancelled:
     """Return which inputs of a policy have weights, and how steady readings cancel in them.
 
     Parameters
@@ -40,12 +40,16 @@ def cancelled(memory: Memory, even: bool = False) -> Cancelled:
     memory : Memory
     even : bool
         Whether what the mirror leaves as it is, such as the speed, is read too.
+    commands : bool
+        Whether the policy's own commands are read.
     """
     signs, width = memory.signs, len(memory.readings)
     names = [*(reading.name for reading in memory.readings), *memory.names]
     steady = np.array([reading.name == "cant_deficiency" for reading in memory.readings])
     used = (signs < 0.0) | even
     used[:width] &= ~steady  # steady on a curve, it must not command anything
+    if not commands:
+        used &= ~np.array([name.startswith(memory.commands) for name in names])
     matrix = np.diag(used.astype(float))
     for reading in (names[i] for i in memory.filtered):
         for end in ("", BY_SPEED) if memory.settings.schedule else ("",):

@@ -16,7 +16,7 @@ from railenv.cli.options import ControlledVehicleOptions, JsonOption, PlotOption
 def train_through(
     *,
     file: Annotated[Path, typer.Option("--out", help="File to write the policy to (npz).")],
-    iterations: Annotated[int, typer.Option(help="Steps of the gradient.")] = 400,
+    iterations: Annotated[int, typer.Option(help="Steps of the gradient.")] = 240,
     seed: Annotated[int, typer.Option(help="Seed of everything random.")] = 0,
     problem: Annotated[
         str | None, typer.Option(help="Problem of railenv evaluate, in place of a vehicle.")

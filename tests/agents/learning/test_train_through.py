@@ -15,7 +15,8 @@ from agents.learning.steady import cancelled
 torch = pytest.importorskip("torch", reason="needs the extra rl")
 pytest.importorskip("stable_baselines3", reason="needs the extra rl")
 
-MEMORY = MemorySettings(corners=(0.2, 2.0), past_commands=1)
+MEMORY = MemorySettings(corners=(0.2, 2.0))
+OWN = MemorySettings(corners=(0.2, 2.0), past_commands=1)
 CASES = [
     Case(40.0, vehicle={"conicity": 0.1}),
     Case(90.0, vehicle={"conicity": 0.4, "creep_factor": 0.6}),
@@ -143,11 +144,11 @@ def test_gradient_of_a_policy_is_the_difference_of_its_costs(coach, cases, track
     from agents.learning.through import OddNetwork, Runs
 
     readings = tuple(readings_of(coach, "sensors", 0.005))
-    inner = Memory(MEMORY, readings, coach.command_names, 0.005)
+    inner = Memory(OWN, readings, coach.command_names, 0.005)
     torch.manual_seed(0)
     network = OddNetwork(cancelled(inner, even=bool(hidden)), inner.signs, hidden, 1)
     frame = agents.LearnedPolicy(
-        network.plain(), readings, coach.command_names, coach.limits, "sensors", MEMORY
+        network.plain(), readings, coach.command_names, coach.limits, "sensors", OWN
     )
     nudges = 1e-6 * coach.scale * np.random.default_rng(0).standard_normal((3, coach.n_states))
     runs = Runs(coach, frame, cases, track, 40, 1.0, 0.3, nudges)
@@ -195,11 +196,11 @@ def test_networks_are_odd_and_steady_readings_cancel(coach):
 def test_training_lowers_the_cost_and_repeats_itself(coach):
     keywords = {"exercises": SHORT, "memory": MEMORY, "hidden": (8,), "iterations": 9}
     first = agents.train_through(coach, learning_rate=0.02, judge_every=6, **keywords)
-    assert first.costs[-3:].sum() < 0.8 * first.costs[:3].sum()  # the same three groups
+    assert (first.costs[-3:] < 0.97 * first.costs[:3]).all()  # the same three groups
     assert [row[0] for row in first.judged] == [0, 6, 9]
     assert first.steps == 3 * 60 * (6 + 6 + 2)
     assert first.policy.about["chosen"] == first.judged[first.judged[:, 2].argmax(), 0]
-    again = agents.train_through(coach, learning_rate=0.02, judge_every=6, **keywords)
+    again = agents.train_through(coach, learning_rate=0.02, judge_every=9, **keywords)
     np.testing.assert_array_equal(first.costs, again.costs)
     np.testing.assert_array_equal(first.last.network.weights[0], again.last.network.weights[0])
     other = agents.train_through(coach, seed=1, judge_every=1, **{**keywords, "iterations": 1})
@@ -232,7 +233,8 @@ def test_an_interrupt_loses_nothing(coach, monkeypatch):
         ({"hidden": (0,)}, "width of a hidden layer"),
         ({"learning_rate": 0.0}, "learning_rate"),
         ({"seed": -1}, "seed"),
-        ({"memory": MemorySettings(history=3)}, "history must be 0"),
+        ({"memory": MemorySettings(history=3)}, "history of the memory is 3"),
+        ({"memory": OWN}, "past_commands of the memory is 1"),
     ],
 )
 def test_bad_arguments_are_told(coach, changes, match):
