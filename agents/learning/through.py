@@ -126,6 +126,8 @@ class Runs:
         Weight of the mean squared command.
     nudges : ndarray, shape (n_cases, n_states)
         Added to the states at the start.
+    weight : float
+        Of the cost.
     """
 
     def __init__(
@@ -138,6 +140,7 @@ class Runs:
         decay: float,
         effort: float,
         nudges: Array,
+        weight: float = 1.0,
     ) -> None:
         self._recorder = _Recorder(frame)
         self._rollout = Rollout(model, self._recorder, cases, track)
@@ -147,6 +150,7 @@ class Runs:
         self._start = fleet.snapshot()
         self._adjoint = Adjoint(self._rollout)
         self._horizon, self._decay, self._effort = horizon, decay, effort
+        self._weight = weight
         self._sizes = _sizes(model, cases)
         states = list(model.state_names)
         self._seen = [i for i, r in enumerate(frame.readings) if r.signal in states]
@@ -186,8 +190,8 @@ class Runs:
         ]
         gains = np.stack(slopes, axis=1).reshape(*inputs.shape[:2], out.shape[1], -1)
         by_shares = self._back(states, inputs, shares, gains, by_states)
-        out.backward(torch.from_numpy(by_shares.reshape(out.shape)))
-        return cost
+        out.backward(torch.from_numpy(self._weight * by_shares.reshape(out.shape)))
+        return self._weight * cost
 
     def judge(self, states: Array, shares: Array) -> tuple[float, Array]:
         """Return the cost of a motion and its derivatives by the states.

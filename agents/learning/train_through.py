@@ -57,8 +57,8 @@ class Descent:
     costs : ndarray, shape (iterations,)
         Cost of the group of every iteration, before its step; see :class:`Exercises`.
     judged : ndarray, shape (n_judged, 3)
-        Iteration, environment steps until then, and robust critical speed (m/s; 0 if unstable at the
-        lowest speed). The first is the policy of random weights.
+        Iteration, environment steps until then, and the lowest critical speed (m/s) of nine vehicles of
+        service, 0 if one is unstable at 20 m/s. The first is the policy of random weights.
     """
 
     policy: LearnedPolicy
@@ -103,8 +103,8 @@ def train_through(
 
     In every iteration a group of vehicles runs under the policy in the environments' own kernel; the
     gradient of what their motions cost goes back through vehicle, actuator, delay, sensors, memory and
-    network, and Adam takes a step. The policy is odd, steady readings cancel in it, and it does not read
-    its own commands, since what that alone makes grow is too slow for a rollout to show. It starts from
+    network, and Adam takes a step. The policy is odd, and steady readings cancel in it. It does not
+    read its own commands: what that alone makes grow is too slow for a rollout to show. It starts from
     random weights. Every few iterations, and at the end, it is judged by the lowest critical speed of
     vehicles of service.
 
@@ -233,15 +233,16 @@ class _Path:
 
         model, frame = self._model, self._policy()
         periods = max(2, round(exercises.horizon / self._period))
-        plans = [(exercises.vehicles, 0.0, Track())] * exercises.groups
+        plans = [(exercises.vehicles, 0.0, Track(), 1.0)] * exercises.groups
         if exercises.rough:
-            plans.append((exercises.rough, exercises.offset, Track("low")))
+            rough = exercises.rough, exercises.offset, Track("low"), exercises.rough_weight
+            plans.append(rough)
         groups = []
-        for count, offset, track in plans:
+        for count, offset, track, weight in plans:
             cases = exercises.draw(model, count, offset, rng)
             nudges = _NUDGE * model.scale * rng.standard_normal((count, model.n_states))
             asked = exercises.decay, exercises.effort
-            groups.append(Runs(model, frame, cases, track, periods, *asked, nudges))
+            groups.append(Runs(model, frame, cases, track, periods, *asked, nudges, weight))
         return groups
 
     def _policy(self) -> LearnedPolicy:
