@@ -14,7 +14,7 @@ from agents.evaluation.rollout import Case
 from railenv import Equipped, checks
 from railenv.envs.settings import LOWEST_SPEED
 
-_AT_AN_END = 2.0 / 3.0  # share of the vehicles that have an end of a range: the worst ones are there
+_AT_AN_END = 0.85  # share of the vehicles that have an end of a range: the worst ones are there
 
 _OFFSET_LIMIT = 0.02  # m
 

@@ -28,6 +28,9 @@ from railenv.envs.fleet import BOUND
 
 Array = NDArray[np.float64]
 
+POWER = 4
+"""Of the mean over cases: a policy is as good as it is with the worst vehicle, not with the average."""
+
 
 class OddNetwork(nn.Module):
     """A network of tanh layers that is odd in the mirror and blind to steady readings.
@@ -196,8 +199,8 @@ class Runs:
     def judge(self, states: Array, shares: Array) -> tuple[float, Array]:
         """Return the cost of a motion and its derivatives by the states.
 
-        The cost is the mean square of what the growth rate of each motion exceeds the decay asked for
-        by (softly, 1/s), and of the commands with their weight.
+        The cost is the power mean of what the growth rate of each motion exceeds the decay asked for by
+        (softly, 1/s), and the mean square of the commands with their weight.
         """
         off = states - self._adjoint.still
         energy = (self._sizes * off**2).sum(axis=2)
@@ -206,13 +209,17 @@ class Runs:
         wanted = energy[0] * np.exp(-2.0 * self._decay * time)
         ratio = energy[last:].mean(axis=0) / wanted
         rates = np.log1p(ratio) / (2.0 * time)
-        count = len(rates)
-        value = float(np.square(rates).mean()) + self._effort * float(np.square(shares).mean())
-        by_ratio = 2.0 * rates / count / (2.0 * time) / (1.0 + ratio)
+        worst = rates.max()  # keeps the powers within what numbers hold
+        share = rates / worst
+        mean = np.mean(share**POWER)
+        value = worst * mean ** (1.0 / POWER)
+        by_rates = value / worst * share ** (POWER - 1) / (len(share) * mean)
+        value += self._effort * np.square(shares).mean()
+        by_ratio = by_rates / (2.0 * time) / (1.0 + ratio)
         by_states = np.zeros_like(states)
         by_energy = by_ratio / wanted / (len(states) - last)
         by_states[last:] = 2.0 * by_energy[:, None] * self._sizes * off[last:]
-        return value, by_states
+        return float(value), by_states
 
     def _back(
         self, states: Array, inputs: Array, shares: Array, gains: Array, by_states: Array
