@@ -44,6 +44,7 @@ docs: $(DEVELOPED) ## regenerate the pages that are made from code and measureme
 	$(BIN)/python -m benchmarks.readings.run
 	$(BIN)/python docs/make_validation.py
 	$(BIN)/python docs/make_learned.py
+	$(BIN)/python docs/make_through.py
 	$(BIN)/python docs/make_diagram.py
 	$(BIN)/python docs/make_pictures.py
 	$(BIN)/python docs/make_curves.py

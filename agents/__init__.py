@@ -26,9 +26,11 @@ from agents.evaluation.evaluation import Evaluation, Plan, load_evaluations, sav
 from agents.evaluation.growth import growth_rates, simulated_critical_speed
 from agents.evaluation.nonlinear import Place, disturbed_critical_speed, ramp_down
 from agents.evaluation.rollout import Case, Motion, Rollout
+from agents.learning.exercises import Exercises
 from agents.learning.lessons import Lessons
 from agents.learning.policy_search import Searched, search_policy
 from agents.learning.policy_start import Aim, Target
+from agents.learning.train_through import Descent, train_through
 from agents.learning.training import Training, resume, train
 from agents.tuning.tuning import tune_h_infinity, tune_lqg, tune_yaw_rate
 from agents.tuning.tuning_gradient import Goal, tune_output_feedback
@@ -42,8 +44,10 @@ __all__ = [
     "Aim",
     "Case",
     "Controller",
+    "Descent",
     "EquivalentDamper",
     "Evaluation",
+    "Exercises",
     "Filters",
     "Goal",
     "HInfinity",
@@ -76,6 +80,7 @@ __all__ = [
     "shipped_names",
     "simulated_critical_speed",
     "train",
+    "train_through",
     "tune_h_infinity",
     "tune_lqg",
     "tune_output_feedback",

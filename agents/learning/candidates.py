@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 import design
 from agents.controllers.controller import Controller
 from agents.controllers.learned import LearnedPolicy
-from agents.controllers.memory import BY_SPEED, Memory, MemorySettings
+from agents.controllers.memory import Memory, MemorySettings
 from agents.controllers.network import Network, Normalization
 from agents.controllers.scheduled import ScheduledController, readings_of
 from agents.controllers.service import CONICITY, CREEP_FACTOR, varied
 from agents.evaluation.rollout import Rollout, Track
 from agents.learning.lessons import Lessons
 from agents.learning.policy_start import Aim, start_weights
+from agents.learning.steady import cancelled
 from railenv import Equipped
 
 Array = NDArray[np.float64]
@@ -85,50 +86,21 @@ class Candidates:
         self.memory, self.base, self.authority, self.period = memory, base, authority, period
         inner = Memory(memory, self.readings, model.command_names, period, base)
         self._signs = inner.signs
-        used, self._groups = self._inputs(inner)
-        self._used = np.flatnonzero(used)
+        self._cancelled = cancelled(inner)
         self._scale = np.ones(len(self._signs))
         self._scale = self._usual()
-
-    def _inputs(self, inner: Memory) -> tuple[NDArray[np.bool_], list[tuple[int, list[int]]]]:
-        """Return which inputs have weights, and groups of inputs whose weights have to cancel.
-
-        Those are lateral ones. A group is the input whose weight follows from those of the others: what
-        a curve adds to a reading passes all its filters alike, and together they must not see it.
-        """
-        steady = [reading.name == "cant_deficiency" for reading in self.readings]
-        used = self._signs < 0.0
-        used[: len(steady)] &= ~np.array(steady)  # steady on a curve, it must not command anything
-        names = [*(reading.name for reading in self.readings), *inner.names]
-        groups = []
-        for reading in (names[i] for i in inner.filtered):
-            for end in ("", BY_SPEED) if self.memory.schedule else ("",):
-                own = [
-                    k
-                    for k, name in enumerate(names)
-                    if name.startswith(f"{reading} below") and name.endswith("Hz" + end)
-                ]
-                direct = names.index(reading + end)
-                if own:  # the slowest filter takes out what the others have of a steady reading
-                    groups.append((own[0], [direct, *own[1:]]))
-                    used[own[0]] = False
-                else:
-                    used[direct] = False
-        return used, groups
 
     @property
     def dimension(self) -> int:
         """Number of weights."""
-        return len(self._used) * len(self.model.command_names)
+        return len(self._cancelled.free) * len(self.model.command_names)
 
     def _gains(self, weights: Array) -> Array:
         """Return the gains of some candidates, shape (candidates, commands, inputs)."""
-        shape = (len(weights), len(self.model.command_names))
-        gains = np.zeros((*shape, len(self._signs)))
-        gains[:, :, self._used] = weights.reshape(*shape, -1) / self._scale[self._used]
-        for slowest, others in self._groups:
-            gains[:, :, slowest] = -gains[:, :, others].sum(axis=2)
-        return gains / self.authority
+        free = self._cancelled.free
+        shape = (len(weights), len(self.model.command_names), len(free))
+        gains = weights.reshape(shape) / self._scale[free] @ self._cancelled.matrix.T
+        return np.asarray(gains / self.authority)
 
     def policy(self, weights: Array, about: Mapping[str, Any]) -> LearnedPolicy:
         """Return weights as a policy."""

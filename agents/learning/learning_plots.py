@@ -66,3 +66,19 @@ def plot_search(
         ax.set_title("policy search")
         ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2)
         return drawn_on(ax)
+
+
+def plot_descent(
+    costs: NDArray[np.float64], judged: NDArray[np.float64], ax: Axes | None = None
+) -> control.ControlPlot:
+    """Draw a training through the simulator: cost, and robust critical speed on the right."""
+    with style():
+        ax = axes_or_new(ax)
+        ax.semilogy(np.arange(1, len(costs) + 1), costs, color=STABLE, lw=0.8)
+        ax.set_xlabel("iteration")
+        ax.set_ylabel("cost of a group (1/s)", color=STABLE)
+        right = ax.twinx()
+        right.plot(judged[:, 0], judged[:, 2], "s-", ms=4, lw=0.8, color=SERIES[1])
+        right.set_ylabel("robust critical speed (m/s)", color=SERIES[1])
+        ax.set_title("training through the simulator")
+        return drawn_on(ax)

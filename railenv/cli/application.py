@@ -24,6 +24,7 @@ from railenv.cli import (
     simulate,
     stability_map,
     train,
+    train_through,
     tune,
     vehicles,
     warm,
@@ -51,6 +52,7 @@ app.command()(evaluate.evaluate)
 app.command()(tune.tune)
 app.command()(reproduce.reproduce)
 app.command()(train.train)
+app.command("train-through")(train_through.train_through)
 app.command()(contact.contact)
 app.command()(explore.explore)
 app.command()(warm.warm)

@@ -127,6 +127,16 @@ class Fleet:
         return len(self.model.command_names)
 
     @property
+    def integration_steps(self) -> list[tuple[float, int]]:
+        """Length (s) of each integration step of a control period, and how old the command in it is.
+
+        The age is counted in control periods: 0 is the command of the period itself.
+        """
+        before, after, slots = self._delay
+        h_before, h_after, *_ = self._real_plan
+        return [(h_before, slots - 1)] * before + [(h_after, slots - 2)] * after
+
+    @property
     def rewards(self) -> Array:
         """Rewards of the last step, shape (n,)."""
         return np.asarray(self.terms[:, 0])
@@ -468,7 +478,7 @@ class Fleet:
 
     def snapshot(self) -> dict[str, Any]:
         """Return a copy of everything that changes."""
-        return {name: copy.deepcopy(getattr(self, name)) for name in self._KEPT}
+        return {name: copy.copy(getattr(self, name)) for name in self._KEPT}  # episodes never change
 
     def restore(self, kept: Mapping[str, Any]) -> None:
         """Go back to a snapshot of a fleet with the same settings."""
@@ -479,7 +489,7 @@ class Fleet:
                     f"the state given has another {name} than this environment; it must come from one "
                     "with the same settings and number of environments"
                 )
-            setattr(self, name, copy.deepcopy(given))
+            setattr(self, name, copy.copy(given))
         self._join()
 
     def __getstate__(self) -> dict[str, Any]:

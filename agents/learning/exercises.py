@@ -1,0 +1,110 @@
+"""Exercises by which a policy is trained through the simulator: vehicles, speeds and small motions."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from agents.controllers.service import CONICITY, CREEP_FACTOR, WEAR, varied
+from agents.evaluation.rollout import Case
+from railenv import Equipped, checks
+from railenv.envs.settings import LOWEST_SPEED
+
+_AT_AN_END = 0.85  # share of the vehicles that have an end of a range: the worst ones are there
+
+_OFFSET_LIMIT = 0.02  # m
+
+
+def _ranges() -> dict[str, tuple[float, float]]:
+    return {"conicity": CONICITY, "wear": WEAR, "creep_factor": CREEP_FACTOR}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Exercises:
+    """Which runs a policy is trained on, and what is asked of them.
+
+    Attributes
+    ----------
+    ranges : mapping of str to (float, float)
+        Numbers of the vehicle that differ from run to run; those that a model lacks are left out.
+    speeds : (float, float)
+        m/s. A vehicle that nothing stabilises at the highest one costs most, and is all that is learned
+        for then.
+    vehicles, groups : int
+        Vehicles of a group, which run side by side, and number of groups, which take turns.
+    horizon : float
+        s.
+    decay : float
+        Rate (1/s) at which every motion is to decay; faster earns nothing.
+    effort : float
+        Weight of the mean squared command, in shares of the limit.
+    rough : int
+        Vehicles of one more group, on irregular track (ERRI B176, low) and from an offset; 0 for none.
+    rough_weight : float
+        Of that group's cost: on irregular track no motion dies out, and its cost stays the largest.
+    offset : float
+        m, largest of those; all bodies start moved sideways, by at least half of it, either way.
+    """
+
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=_ranges)
+    speeds: tuple[float, float] = (15.0, 127.0)
+    vehicles: int = 48
+    groups: int = 8
+    horizon: float = 1.0
+    decay: float = 0.6
+    effort: float = 0.05
+    rough: int = 16
+    rough_weight: float = 0.1
+    offset: float = 0.004
+
+    def __post_init__(self) -> None:
+        speeds = checks.interval("speeds", self.speeds, low=LOWEST_SPEED, unit="m/s")
+        object.__setattr__(self, "speeds", speeds)
+        ends = checks.mapping("ranges", self.ranges)
+        found = {name: checks.interval(f"range of {name}", ends[name]) for name in ends}
+        object.__setattr__(self, "ranges", found)
+        for name, least in (("vehicles", 1), ("groups", 1), ("rough", 0)):
+            checks.whole(f"{name} of exercises", getattr(self, name), low=least)
+        checks.number("horizon", self.horizon, low=0.0, open_low=True, high=60.0, unit="s")
+        checks.number("decay", self.decay, low=0.0, unit="1/s")
+        checks.number("weight of the effort", self.effort, low=0.0)
+        checks.number("weight of the rough group", self.rough_weight, low=0.0)
+        checks.number("offset", self.offset, low=0.0, high=_OFFSET_LIMIT, unit="m")
+
+    def plain(self) -> dict[str, Any]:
+        """Return everything as plain numbers and lists, for a policy's file."""
+        return {**dataclasses.asdict(self), "ranges": {k: list(v) for k, v in self.ranges.items()}}
+
+    def draw(self, model: Equipped, count: int, offset: float, rng: np.random.Generator) -> list[Case]:
+        """Draw the runs of a group, slow ones first.
+
+        Parameters
+        ----------
+        model : Equipped
+        count : int
+        offset : float
+            m, largest lateral offset of all bodies at the start.
+        rng : Generator
+        """
+        low, high = self.speeds
+        speeds = low + (high - low) * (np.arange(count) + rng.random(count)) / count
+        ranges = varied(model, dict(self.ranges))
+        return [
+            Case(
+                float(speed),
+                offset=offset * float(rng.choice((-1.0, 1.0)) * rng.uniform(0.5, 1.0)),
+                vehicle={name: _drawn(ends, rng) for name, ends in ranges.items()},
+            )
+            for speed in speeds
+        ]
+
+
+def _drawn(ends: tuple[float, float], rng: np.random.Generator) -> float:
+    """Return a number between two ends, or one of them."""
+    if rng.random() < _AT_AN_END:
+        return float(rng.choice(ends))
+    return float(rng.uniform(*ends))

@@ -1,0 +1,1 @@
+"""What training through the simulator reaches in robust critical speed, from random weights."""
