@@ -221,7 +221,8 @@ class Controls:
         try:
             opened(name, content)
         except RailenvError as error:
-            self._complain(str(error))
+            said = str(error)
+            self._complain(said if name in said else f"{name}: {said}")
 
     def _make_vehicle(self) -> None:
         names = [v.name for v in PRESETS]
@@ -570,7 +571,7 @@ def number_values(state: State) -> dict[str, float]:
     if isinstance(shown, Assembly):
         return {n: v for n, v in shown.parameters.items() if n in NUMBERS}
     assert law is not None
-    own = [n for n in ("wear", "conicity") if n in law.number_fields()]
+    own: list[str] = [n for n in ("wear", "conicity") if n in law.number_fields()]
     own += [n for n in law.number_fields() if n not in own]
     given = dict(state.numbers)
     values = {n: float(getattr(law, n)) for n in own}
@@ -604,7 +605,7 @@ def _contact_name(contact: Contact) -> str:
     if contact is None:
         return _OWN
     names = {Cone: _CONE, LinearProfile: _LINEAR, HollowTread: _HOLLOW, ProfilePair: _PAIR}
-    return _WEARING if isinstance(contact, Wearing) else names[type(contact)]  # type: ignore[index]
+    return _WEARING if isinstance(contact, Wearing) else names[type(contact)]
 
 
 def _radius_options(also: float = math.inf) -> dict[str, float]:

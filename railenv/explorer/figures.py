@@ -574,7 +574,7 @@ class VehicleFigures:
         if geometry is not None:
             for view in ("plan", "front"):
                 by_kind: dict[str, list[Any]] = {kind: [] for kind in _DRAWN}
-                for line in outlines.lines(geometry, view, moves):  # type: ignore[arg-type]
+                for line in outlines.lines(geometry, view, moves):
                     if line.kind in by_kind:
                         points = np.broadcast_to(line.points, (len(time), line.points.shape[-1]))
                         gap = np.full((len(time), 1), complex(_NAN, _NAN))

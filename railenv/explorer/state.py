@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Literal, Self, get_args
+from typing import Any, Literal, Self, get_args
 
 import agents
 from agents.problems.damper import PrimaryDamper, YawDamper, without_dampers
@@ -141,7 +141,7 @@ class State:
         checks.choice("kind", self.kind, KINDS)
         checks.curvature(self.radius)
         low, high = checks.speeds(self.speed_range)
-        shift: dict[str, float] = {"low": -LARGEST_OFFSET, "high": LARGEST_OFFSET}
+        shift: Any = {"low": -LARGEST_OFFSET, "high": LARGEST_OFFSET}
         kept = {
             "radius": float(self.radius),
             "cant": checks.cant(self.cant),
