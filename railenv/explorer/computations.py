@@ -327,13 +327,9 @@ def diagram(state: State, found: Stability | None = None) -> Iterator[Diagram]:
     found = stability(state) if found is None else found
     critical = found.critical
     limits = (SPEED_RANGE[0], ABOVE_HOPF * (critical.speed or SPEED_RANGE[1]))
+    where: Any = {"radius": state.radius, "cant": state.cant}
     branch = design.cycle_branch(
-        found.model,
-        start=critical,
-        points=PIECE,
-        parameter_range=limits,
-        radius=state.radius,
-        cant=state.cant,
+        found.model, start=critical, points=PIECE, parameter_range=limits, **where
     )
     yield _followed(state, branch)
     while branch.goes_on and len(branch) < POINTS:

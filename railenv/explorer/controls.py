@@ -221,7 +221,8 @@ class Controls:
         try:
             opened(name, content)
         except RailenvError as error:
-            self._complain(str(error))
+            said = str(error)
+            self._complain(said if name in said else f"{name}: {said}")
 
     def _make_vehicle(self) -> None:
         names = [v.name for v in PRESETS]

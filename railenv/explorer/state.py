@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Literal, Self, get_args
+from typing import Any, Literal, Self, get_args
 
 import agents
 from agents.problems.damper import PrimaryDamper, YawDamper, without_dampers
@@ -141,13 +141,13 @@ class State:
         checks.choice("kind", self.kind, KINDS)
         checks.curvature(self.radius)
         low, high = checks.speeds(self.speed_range)
-        largest = LARGEST_OFFSET
+        shift: Any = {"low": -LARGEST_OFFSET, "high": LARGEST_OFFSET}
         kept = {
             "radius": float(self.radius),
             "cant": checks.cant(self.cant),
             "speed_range": (low, high),
             "speed": checks.number("speed", self.speed, low=low, high=high, unit="m/s"),
-            "offset": checks.number("offset", self.offset, low=-largest, high=largest, unit="m"),
+            "offset": checks.number("offset", self.offset, **shift, unit="m"),
             "duration": checks.number("duration", self.duration, low=SHORTEST, high=LONGEST, unit="s"),
             "numbers": tuple((name, checks.number(name, value)) for name, value in self.numbers),
         }

@@ -50,7 +50,8 @@ p {{ margin: 0; font-size: 14px; color: {LABEL}; line-height: 1.35; }}
 
 MESSAGE = f"""
 :host {{ font-family: {FONT}; }}
-div {{ border-left: 4px solid {UNSTABLE}; background: #fdf0ec; color: {INK}; padding: 9px 12px;
+div[role=alert] {{ border-left: 4px solid {UNSTABLE}; background: #fdf0ec; color: {INK};
+  padding: 9px 12px;
   border-radius: 4px; font-size: 14px; line-height: 1.4; overflow-wrap: anywhere; }}
 """
 
@@ -121,7 +122,7 @@ BUTTON = f"""
   background: #ffffff !important; }}
 .bk-btn:hover {{ background: #eaf3f6 !important; }}
 .bk-btn[disabled] {{ opacity: 0.45; }}
-a {{ text-decoration: none; }}
+.bk-btn a {{ text-decoration: none; padding: 0 !important; color: inherit !important; }}
 """
 
 STRONG = (

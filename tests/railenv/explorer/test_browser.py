@@ -138,7 +138,7 @@ def test_a_bad_file_is_told_and_nothing_is_lost(page, tmp_path):
     file.write_text('base = "HIGH_SPEED_COACH"\nconicity = -1\n')
     before = shown(page)
     drop(page, page.locator("input[accept='.toml']"), file)
-    make_explorer.wait_for(page, "[role=alert]", "conicity")
+    make_explorer.wait_for(page, "[role=alert]", r"bad\.toml: conicity of Cone is -1")
     assert shown(page) == before
 
 

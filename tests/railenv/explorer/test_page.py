@@ -188,7 +188,7 @@ def test_what_a_browser_sends_as_a_profile_is_no_path(page, tmp_path):
     [
         ("mine.toml", b"no toml", "mine.toml is not a TOML file"),
         ("mine.toml", b'base = "HIGH_SPEED_COACH"\nmass = 3\n', "unknown field in mine.toml: 'mass'"),
-        ("<b>.toml", b'base = "HIGH_SPEED_COACH"\nfriction = -1\n', "friction is -1"),
+        ("<b>.toml", b'base = "HIGH_SPEED_COACH"\nfriction = -1\n', "<b>.toml: friction is -1"),
     ],
 )
 def test_a_bad_file_is_told_and_nothing_is_lost(page, name, content, message):
