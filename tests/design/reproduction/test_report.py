@@ -22,7 +22,7 @@ runner = CliRunner()
 def short(monkeypatch):
     """A first page of the sections that take little time."""
 
-    def sections(settings):
+    def sections(settings, leading=()):
         return (CriticalSpeeds(), Adhesion(settings, whole=False), Vehicles())
 
     monkeypatch.setattr(design.reproduction, "first_page", sections)
