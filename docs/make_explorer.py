@@ -87,11 +87,10 @@ def main() -> None:
         page = opened(chromium, address, DESKTOP)
         page.get_by_role("button", name="Follow the limit cycles").click()
         wait_for(page, "div", "limit cycles, speed .* to ", _LONG)
-        height = page.evaluate("document.documentElement.scrollHeight")
-        page.set_viewport_size({"width": DESKTOP["viewport"]["width"], "height": height})
-        page.evaluate("window.scrollTo(0, 0)")  # the button that was pressed lies far below
+        page.mouse.move(1, 1)  # away from the tools of a figure
+        page.evaluate("window.scrollTo(0, 0)")
         page.wait_for_timeout(3000)
-        page.screenshot(path=PICTURES / "explorer.png")
+        page.screenshot(path=PICTURES / "explorer.png", full_page=True)
         phone = opened(chromium, address, PHONE)
         phone.wait_for_timeout(3000)
         phone.screenshot(path=PICTURES / "explorer-phone.png")

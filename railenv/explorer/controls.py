@@ -127,22 +127,22 @@ class Controls:
             ),
             self._card("Wheels and rails", [self._number_box, self.contact, self._profile_box]),
             self._card("Vehicle", [self.vehicle, self.kind, self.vehicle_file]),
-            self._card("Yaw dampers", [self.damper, self._damper_box]),
-            self._card("Controller", [self.controller, self.gain]),
+            self._card("Yaw dampers", [self.damper, self._damper_box], collapsed=True),
+            self._card("Controller", [self.controller, self.gain], collapsed=True),
             sizing_mode="stretch_width",
             margin=0,
         )
         self.show(state)
 
     @staticmethod
-    def _card(title: str, parts: list[Any]) -> pn.Card:
+    def _card(title: str, parts: list[Any], *, collapsed: bool = False) -> pn.Card:
         return pn.Card(
             *parts,
             title=title,
             sizing_mode="stretch_width",
             margin=(0, 0, 10, 0),
             stylesheets=[CARD],
-            hide_header=False,
+            collapsed=collapsed,
         )
 
     # --------------------------------------------------------------------------- making

@@ -90,30 +90,29 @@ def plot(title: str, x: str, y: str, *, height: int = 300, **more: Any) -> Any:
     return f
 
 
-def legend(f: Any, entries: Mapping[str, Any], columns: int = 3) -> None:
+def legend(f: Any, entries: Mapping[str, Any], columns: int = 3) -> Legend:
     """Put a legend beside a figure, so that it hides nothing."""
     items = [
         (name, glyphs if isinstance(glyphs, list) else [glyphs]) for name, glyphs in entries.items()
     ]
-    f.add_layout(
-        Legend(
-            items=items,
-            orientation="horizontal",
-            border_line_color=None,
-            label_text_font=FONT,
-            label_text_font_size="11px",
-            label_text_color=EDGE,
-            padding=2,
-            margin=4,
-            spacing=12,
-            glyph_width=18,
-            glyph_height=14,
-            background_fill_alpha=0.0,
-            ncols=columns,
-            location="center",
-        ),
-        "below",
+    made = Legend(
+        items=items,
+        orientation="horizontal",
+        border_line_color=None,
+        label_text_font=FONT,
+        label_text_font_size="11px",
+        label_text_color=EDGE,
+        padding=2,
+        margin=4,
+        spacing=12,
+        glyph_width=18,
+        glyph_height=14,
+        background_fill_alpha=0.0,
+        ncols=columns,
+        location="center",
     )
+    f.add_layout(made, "below")
+    return made
 
 
 def source(*names: str) -> ColumnDataSource:
@@ -760,12 +759,16 @@ class DiagramFigure:
             location=0.0, dimension="width", line_color=NEUTRAL, line_dash="dashed", visible=False
         )
         f.add_layout(self.clearance)
-        legend(f, {"stable": stable, "unstable": unstable, "Hopf point": hopf, "fold": fold, **drawn})
+        self.legend = legend(
+            f, {"stable": stable, "unstable": unstable, "Hopf point": hopf, "fold": fold, **drawn}
+        )
 
     def show(self, found: Diagram) -> None:
         """Draw what there is of the diagram."""
         self.clear()
         self.figure.visible = True
+        for item in self.legend.items:
+            item.visible = item.label.value.startswith("simulated") == bool(found.simulated)
         if found.branch is not None:
             self._show_branch(found)
         for k, s in enumerate(self.simulated):

@@ -144,7 +144,10 @@ class Page:
         """Show all that waits: callbacks of one tick come in no order."""
         while self._queue:
             function, item = self._queue.popleft()
-            function(item)
+            try:
+                function(item)
+            except Exception as error:  # what nobody expected is told, and the page goes on
+                self._failed(error)
 
     def _failed(self, error: Exception) -> None:
         """Say what nobody expected; the page goes on."""
@@ -259,10 +262,10 @@ class Page:
             stylesheets=[style.MESSAGE],
         )
         self._work_text = pn.pane.HTML(
-            "", margin=0, sizing_mode="stretch_width", stylesheets=[style.NOTE]
+            "", margin=0, sizing_mode="stretch_width", stylesheets=[style.DOING]
         )
         self._bar = pn.indicators.Progress(
-            value=0, max=100, height=6, sizing_mode="stretch_width", margin=(2, 0), bar_color="info"
+            value=0, max=100, height=4, sizing_mode="stretch_width", margin=0, bar_color="info"
         )
         self._work = pn.Column(
             self._bar,

@@ -24,16 +24,16 @@ COLUMNS = """
 """
 
 SIDE = """
-:host { position: sticky; top: 92px; max-height: calc(100vh - 104px); overflow-y: auto;
+:host { position: sticky; top: 100px; max-height: calc(100vh - 110px); overflow-y: auto;
   scrollbar-width: thin; }
 @media (max-width: 900px) { :host { position: static; max-height: none; overflow: visible; } }
 """
 
 HEAD = f"""
-:host {{ position: sticky; top: 0; z-index: 20; background: {PAPER}; padding: 10px 0 8px;
+:host {{ position: sticky; top: 0; z-index: 20; background: {PAPER}; padding: 10px 0 24px;
   display: grid !important; grid-template-columns: minmax(0, 1fr) auto; gap: 6px 14px;
   align-items: center; }}
-@media (max-width: 900px) {{ :host {{ grid-template-columns: minmax(0, 1fr); padding: 6px 0; }} }}
+@media (max-width: 900px) {{ :host {{ grid-template-columns: minmax(0, 1fr); padding: 6px 0 24px; }} }}
 """
 
 ANSWER = f"""
@@ -55,8 +55,9 @@ div[role=alert] {{ border-left: 4px solid {UNSTABLE}; background: #fdf0ec; color
   border-radius: 4px; font-size: 14px; line-height: 1.4; overflow-wrap: anywhere; }}
 """
 
-WORK = f"""
-:host {{ transition: opacity 0.15s; font-family: {FONT}; color: {LABEL}; }}
+WORK = """
+:host { transition: opacity 0.15s; position: absolute !important; left: 0; right: 0; bottom: 0;
+  pointer-events: none; }
 """
 
 GRID = """
@@ -132,6 +133,10 @@ STRONG = (
 .bk-btn:hover {{ background: #185a71 !important; }}
 """
 )
+
+DOING = f"""
+:host {{ font: 11px/1.3 {FONT}; color: {LABEL}; }}
+"""
 
 NOTE = f"""
 :host {{ font-family: {FONT}; font-size: 13px; color: {LABEL}; line-height: 1.4; }}

@@ -301,6 +301,8 @@ def test_the_diagram_is_shown_as_it_grows(page, branch, monkeypatch):
     assert not page._follow.disabled
     assert page._cancel.disabled
     assert page._diagram.figure.visible
+    shown = {item.label.value for item in page._diagram.legend.items if item.visible}
+    assert shown == {"stable", "unstable", "Hopf point", "fold"}
     assert page._diagram.hopf.data["x"][0] == pytest.approx(116.4739, abs=1e-3)
     assert "design.cycle_branch" in page.code.value
     page.controls.numbers["friction"].value = 0.4
