@@ -124,7 +124,7 @@ def test_what_is_shown_is_saved_as_toml(page, tmp_path):
 
 def drop(page, target, file):
     """Drop a file on an element, as the system does it."""
-    target.scroll_into_view_if_needed()
+    target.evaluate("e => e.scrollIntoView({block: 'center'})")  # not under what stays above the page
     box = target.bounding_box()
     at = {"x": box["x"] + box["width"] / 2, "y": box["y"] + box["height"] / 2}
     data = {"items": [], "files": [str(file)], "dragOperationsMask": 1}

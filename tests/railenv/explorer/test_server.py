@@ -62,8 +62,9 @@ def test_pages_of_other_sites_may_not_talk_to_it(running, origin, allowed):
         with urllib.request.urlopen(f"http://127.0.0.1:{running}/", timeout=120) as answer:
             token = answer.read().decode().split('"token":"')[1].split('"')[0]
         port = f":{running}" if allowed else ""
-        request = HTTPRequest(f"ws://127.0.0.1:{running}/ws", headers={"Origin": f"{origin}{port}"})
-        return await websocket_connect(request, subprotocols=["bokeh", token], connect_timeout=60)
+        address, headers = f"ws://127.0.0.1:{running}/ws", {"Origin": f"{origin}{port}"}
+        request = HTTPRequest(address, headers=headers, connect_timeout=60.0)
+        return await websocket_connect(request, subprotocols=["bokeh", token])
 
     if allowed:
         asyncio.run(connect())
