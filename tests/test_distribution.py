@@ -112,6 +112,8 @@ def test_wheel_has_the_packages_and_nothing_else(sdist, wheel):
     assert {f"railenv/vehicles/{name}.toml" for name in ("bogie", "dual_wheelset")} < data
     texts = ("environment", "integrators", "pictures")
     assert {f"railenv/kernels/texts/{name}.pyk" for name in texts} < data
+    computed = {f"design/reproduction/data/{name}.json" for name in ("readings", "simplifications")}
+    assert computed == {name for name in own if name.endswith(".json")}
     kinds = {Path(name).suffix for name in own}
     assert kinds == {
         ".py",
@@ -123,6 +125,7 @@ def test_wheel_has_the_packages_and_nothing_else(sdist, wheel):
         ".html",
         ".css",
         ".csv",
+        ".json",
         ".md",
     }
 
