@@ -106,15 +106,16 @@ def test_output_feedback_is_tuned_beyond_the_passive_robust_speed(coach):
 
 
 def test_a_tuning_goes_on_from_given_gains(coach):
-    goal = Goal(vehicles=({},), speeds=(20.0, 90.0))
-    given = {"goal": goal, "nodes": (20.0, 100.0), "start": 100.0, "highest": 100.0}
-    first = agents.tune_output_feedback(coach, iterations=20, **given)
+    """Two iterations are enough from gains that meet the goal, and are not from none."""
+    goal = Goal(vehicles=({"conicity": 0.05}, {"conicity": 0.4}), speeds=(20.0, 90.0))
+    given = {"goal": goal, "nodes": (20.0, 120.0), "start": 110.0, "highest": 110.0}
+    first = agents.tune_output_feedback(coach, iterations=40, **given)
     gains = first.controller.about["gains"]
-    again = agents.tune_output_feedback(coach, iterations=1, begin=gains, **given)
+    again = agents.tune_output_feedback(coach, iterations=2, begin=gains, **given)
+    assert again.target == 110.0
     assert again.evaluations < first.evaluations / 2
-    anew = agents.tune_output_feedback(coach, iterations=1, **given)
-    loops = [design.closed_loop(coach, t.controller, speed=100.0) for t in (again, anew)]
-    assert loops[0].growth < loops[1].growth
+    with pytest.raises(ParameterError, match="cannot be kept stable"):
+        agents.tune_output_feedback(coach, iterations=2, **given)
     with pytest.raises(ParameterError, match=r"begin has shape \(2, 4\); it must be \(2, 1, 4\)"):
         agents.tune_output_feedback(coach, begin=np.zeros((2, 4)), **given)
 
