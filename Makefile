@@ -5,7 +5,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 DEVELOPED := $(VENV)/.developed
-CONTROLLERS := passive yaw-rate lqg lqg-scheduled h-infinity output-feedback lqr lqr-scheduled learned
+CONTROLLERS := passive yaw-rate lqg lqg-scheduled h-infinity output-feedback lqr lqr-scheduled learned \
+  learned-by-gradient
 COMMIT ?= HEAD
 
 .DEFAULT_GOAL := help
@@ -44,7 +45,8 @@ docs: $(DEVELOPED) ## regenerate the pages that are made from code and measureme
 	$(BIN)/python -m benchmarks.readings.run
 	$(BIN)/python docs/make_validation.py
 	$(BIN)/python docs/make_learned.py
-	$(BIN)/python docs/make_through.py
+	$(BIN)/python docs/make_methods.py
+	$(BIN)/python docs/make_given.py
 	$(BIN)/python docs/make_diagram.py
 	$(BIN)/python docs/make_pictures.py
 	$(BIN)/python docs/make_curves.py

@@ -30,7 +30,7 @@ DOCS = Path(__file__).resolve().parent
 PAGE, DATA = DOCS / "learning.md", DOCS / "learned.json"
 MARKS = re.compile(r"(<!-- shipped policy -->\n).*?(<!-- end of shipped policy -->)", re.DOTALL)
 CLASSICAL = ("output-feedback", "lqg-scheduled", "lqg")
-SHIPPED = "learned"
+SHIPPED, GRADIENT = "learned", "learned-by-gradient"
 UNSEEN: dict[str, dict[str, float]] = {
     "conicity 0.37": {"conicity": 0.37},
     "conicity 0.23, creep 0.7": {"conicity": 0.23, "creep_factor": 0.7},
@@ -105,7 +105,7 @@ def second_mode() -> list[float]:
 
 def measure(seeds: list[int]) -> dict[str, Any]:
     """Search policies with other seeds, and compare all, two side by side."""
-    kept: list[str | int] = [*CLASSICAL, SHIPPED, *seeds]
+    kept: list[str | int] = [*CLASSICAL, SHIPPED, GRADIENT, *seeds]
     rows = Parallel(n_jobs=2)(delayed(_measured)(which) for which in kept)
     names = [f"seed {which}" if isinstance(which, int) else which for which in kept]
     return {**dict(zip(names, rows, strict=True)), "second mode": second_mode()}
@@ -128,7 +128,7 @@ def text() -> str:
     about = agents.shipped(SHIPPED).about
     seeds = [name for name in data if name.startswith("seed ")]
     rows = [(f"{SHIPPED} (seed {SEED})", data[SHIPPED]), *((s, data[s]) for s in seeds)]
-    rows += [(name, data[name]) for name in CLASSICAL]
+    rows += [(name, data[name]) for name in (GRADIENT, *CLASSICAL)]
     start = about["judged"][0]
     runs = about["generations"] * about["population"]
     episodes = runs * sum(len(about["lessons"][k]) for k in ("small", "large", "rides"))

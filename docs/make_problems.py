@@ -100,6 +100,6 @@ def draw(data: dict[str, Any]) -> None:
 if __name__ == "__main__":
     found = json.loads(DATA.read_text(encoding="utf-8"))
     makers = {"asked": asked, "rated": lambda: rated(found)}
-    PAGE.write_text(refilled(PAGE.read_text(encoding="utf-8"), makers), encoding="utf-8")
+    PAGE.write_text(refilled(PAGE.read_text(encoding="utf-8"), makers, ("given",)), encoding="utf-8")
     draw(found)
     print(f"wrote {PAGE} and pictures")

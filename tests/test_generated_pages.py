@@ -292,6 +292,19 @@ def test_tables_of_the_problems_are_those_rated():
     assert f"has a robust critical speed of {passive:.1f} m/s" in text("controllers.md")
 
 
+def test_what_each_controller_was_given_is_what_its_file_says():
+    assert script("make_given").rows() in text("problems.md")
+
+
+def test_methods_side_by_side_are_those_trained():
+    make_methods = script("make_methods")
+    found = json.loads((DOCS / "methods.json").read_text(encoding="utf-8"))
+    assert make_methods.table(found, make_methods.neighbour()) in text("learning.md")
+    assert {(run["method"], run["seed"]) for run in found} == {
+        (method, seed) for method in make_methods.NAMES for seed in range(5)
+    }
+
+
 def test_what_controllers_do_is_what_they_do():
     assert script("make_explained").equivalents() in text("what-controllers-do.md")
 

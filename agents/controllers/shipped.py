@@ -21,6 +21,7 @@ NAMES = (
     "output-feedback",
     "lqr",
     "learned",
+    "learned-by-gradient",
     "lqr-scheduled",
 )
 """In the order in which they are shown; :mod:`agents.learning.designs` says how each is designed."""

@@ -15,6 +15,7 @@ from agents.controllers.scheduled import ScheduledController
 from agents.controllers.service import CONICITIES, vehicles_of_service
 from agents.controllers.shipped import FIRST, shipped
 from agents.learning.policy_search import search_policy
+from agents.learning.train_through import train_through
 from agents.tuning.tuning import tune_h_infinity, tune_lqg, tune_yaw_rate
 from agents.tuning.tuning_gradient import Goal, tune_output_feedback
 from design.linear.regulator import Disturbances, Weights
@@ -27,7 +28,7 @@ COARSE = tuple(float(v) for v in range(20, 181, 40))
 """m/s, between which H-infinity controllers are linear."""
 
 SEED = 0
-"""Of the search of the learned policy."""
+"""Of what is learned."""
 
 Design = Callable[[Equipped], Controller]
 
@@ -48,9 +49,14 @@ DESIGNS: Mapping[str, Design] = {
     "output-feedback": lambda model: tune_output_feedback(model).controller,
     "lqr": lambda model: LQR.design(model, speed=160.0),
     "learned": _learned,
+    "learned-by-gradient": lambda model: train_through(model, seed=SEED, progress=True).policy,
     "lqr-scheduled": lambda model: LQR.design(model, speeds=SCHEDULE, weights=Weights()),
 }
-"""How each is designed, tuned or learned; the learned one has the shipped output feedback below it."""
+"""How each is designed, tuned or learned.
+
+``learned`` has the shipped output feedback below it, ``learned-by-gradient`` starts from random
+weights.
+"""
 
 _FAST = Filters(low_pass=(1.0, 5.0, 15.0))
 """For modes up to 20 Hz, which actuators at the wheelsets can damp."""

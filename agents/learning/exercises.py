@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,8 +14,6 @@ from agents.controllers.service import CONICITY, CREEP_FACTOR, WEAR, varied
 from agents.evaluation.rollout import Case
 from railenv import Equipped, checks
 from railenv.envs.settings import LOWEST_SPEED
-
-_AT_AN_END = 0.85  # share of the vehicles that have an end of a range: the worst ones are there
 
 _OFFSET_LIMIT = 0.02  # m
 
@@ -31,11 +30,14 @@ class Exercises:
     ----------
     ranges : mapping of str to (float, float)
         Numbers of the vehicle that differ from run to run; those that a model lacks are left out.
+    levels : int
+        Values of each range, evenly from end to end. Every vehicle they make is there at every speed:
+        the worst ones are at the corners, and between them others become the worst when left out.
     speeds : (float, float)
         m/s. A vehicle that nothing stabilises at the highest one costs most, and is all that is learned
         for then.
-    vehicles, groups : int
-        Vehicles of a group, which run side by side, and number of groups, which take turns.
+    stops : int
+        Speeds, both ends included, closer to each other towards the highest.
     horizon : float
         s.
     decay : float
@@ -43,17 +45,18 @@ class Exercises:
     effort : float
         Weight of the mean squared command, in shares of the limit.
     rough : int
-        Vehicles of one more group, on irregular track (ERRI B176, low) and from an offset; 0 for none.
+        Vehicles drawn from the same ranges, on irregular track (ERRI B176, low) and from an offset; 0
+        for none.
     rough_weight : float
-        Of that group's cost: on irregular track no motion dies out, and its cost stays the largest.
+        Of their cost: on irregular track no motion dies out, and its cost stays the largest.
     offset : float
         m, largest of those; all bodies start moved sideways, by at least half of it, either way.
     """
 
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=_ranges)
+    levels: int = 5
     speeds: tuple[float, float] = (15.0, 127.0)
-    vehicles: int = 48
-    groups: int = 8
+    stops: int = 11
     horizon: float = 1.0
     decay: float = 0.6
     effort: float = 0.05
@@ -67,7 +70,7 @@ class Exercises:
         ends = checks.mapping("ranges", self.ranges)
         found = {name: checks.interval(f"range of {name}", ends[name]) for name in ends}
         object.__setattr__(self, "ranges", found)
-        for name, least in (("vehicles", 1), ("groups", 1), ("rough", 0)):
+        for name, least in (("levels", 2), ("stops", 2), ("rough", 0)):
             checks.whole(f"{name} of exercises", getattr(self, name), low=least)
         checks.number("horizon", self.horizon, low=0.0, open_low=True, high=60.0, unit="s")
         checks.number("decay", self.decay, low=0.0, unit="1/s")
@@ -79,32 +82,26 @@ class Exercises:
         """Return everything as plain numbers and lists, for a policy's file."""
         return {**dataclasses.asdict(self), "ranges": {k: list(v) for k, v in self.ranges.items()}}
 
-    def draw(self, model: Equipped, count: int, offset: float, rng: np.random.Generator) -> list[Case]:
-        """Draw the runs of a group, slow ones first.
-
-        Parameters
-        ----------
-        model : Equipped
-        count : int
-        offset : float
-            m, largest lateral offset of all bodies at the start.
-        rng : Generator
-        """
+    def small(self, model: Equipped) -> list[Case]:
+        """Return the runs with small motions: every vehicle at every speed, slow ones first."""
         low, high = self.speeds
-        speeds = low + (high - low) * (np.arange(count) + rng.random(count)) / count
+        ways = np.linspace(1.0, 0.0, self.stops)
+        ranges = varied(model, dict(self.ranges))
+        values = [np.linspace(*ends, self.levels).tolist() for ends in ranges.values()]
+        vehicles = [dict(zip(ranges, numbers, strict=True)) for numbers in itertools.product(*values)]
+        speeds = (high - (high - low) * ways**2).tolist()
+        return [Case(speed, vehicle=vehicle) for speed in speeds for vehicle in vehicles]
+
+    def large(self, model: Equipped, rng: np.random.Generator) -> list[Case]:
+        """Draw the runs on irregular track, slow ones first."""
+        low, high = self.speeds
+        speeds = low + (high - low) * (np.arange(self.rough) + rng.random(self.rough)) / self.rough
         ranges = varied(model, dict(self.ranges))
         return [
             Case(
                 float(speed),
-                offset=offset * float(rng.choice((-1.0, 1.0)) * rng.uniform(0.5, 1.0)),
-                vehicle={name: _drawn(ends, rng) for name, ends in ranges.items()},
+                offset=self.offset * float(rng.choice((-1.0, 1.0)) * rng.uniform(0.5, 1.0)),
+                vehicle={name: float(rng.uniform(*ends)) for name, ends in ranges.items()},
             )
             for speed in speeds
         ]
-
-
-def _drawn(ends: tuple[float, float], rng: np.random.Generator) -> float:
-    """Return a number between two ends, or one of them."""
-    if rng.random() < _AT_AN_END:
-        return float(rng.choice(ends))
-    return float(rng.uniform(*ends))

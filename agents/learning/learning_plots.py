@@ -75,8 +75,8 @@ def plot_descent(
     with style():
         ax = axes_or_new(ax)
         ax.semilogy(np.arange(1, len(costs) + 1), costs, color=STABLE, lw=0.8)
-        ax.set_xlabel("iteration")
-        ax.set_ylabel("cost of a group (1/s)", color=STABLE)
+        ax.set_xlabel("evaluation")
+        ax.set_ylabel("cost (1/s)", color=STABLE)
         right = ax.twinx()
         right.plot(judged[:, 0], judged[:, 2], "s-", ms=4, lw=0.8, color=SERIES[1])
         right.set_ylabel("robust critical speed (m/s)", color=SERIES[1])

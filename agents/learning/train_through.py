@@ -8,7 +8,7 @@ policy starts from random weights. Needs the extra ``rl``.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +19,7 @@ import design
 from agents.controllers.learned import LearnedPolicy
 from agents.controllers.memory import Memory, MemorySettings
 from agents.controllers.scheduled import CONTROL_PERIOD, readings_of
-from agents.controllers.service import CONICITIES, CREEP_FACTORS, WEARS, vehicles_of_service
+from agents.controllers.service import CONICITY, WEAR, vehicles_of_service
 from agents.evaluation.rollout import Track
 from agents.learning.exercises import Exercises
 from railenv import Equipped, checks
@@ -42,7 +42,8 @@ _NUDGE = 1e-7  # of every state at the start, in units of the model's scale: far
 LOWEST_SPEED, HIGHEST_SPEED = 20.0, 400.0
 """m/s, between which critical speeds are searched."""
 
-_LAST_RATE = 0.1  # of the learning rate, at the end
+_JUDGED = 9  # conicities (or wears) of the vehicles by which a policy is judged, with 3 creep factors
+_REMEMBERED = 30  # changes of the gradient that L-BFGS knows the curvature by
 
 
 @dataclass(frozen=True)
@@ -54,11 +55,11 @@ class Descent:
     policy : LearnedPolicy
         The most robust of those judged.
     last : LearnedPolicy
-    costs : ndarray, shape (iterations,)
-        Cost of the group of every iteration, before its step; see :class:`Exercises`.
+    costs : ndarray, shape (evaluations,)
+        Of all policies that were run, those of line searches included; see :class:`Exercises`.
     judged : ndarray, shape (n_judged, 3)
-        Iteration, environment steps until then, and the lowest critical speed (m/s) of nine vehicles of
-        service, 0 if one is unstable at 20 m/s. The first is the policy of random weights.
+        Evaluations and environment steps until then, and the lowest critical speed (m/s) of 27
+        vehicles of service, 0 if one is unstable at 20 m/s. The first is the policy of random weights.
     """
 
     policy: LearnedPolicy
@@ -74,12 +75,12 @@ class Descent:
     def __str__(self) -> str:
         first, best = self.judged[0, 2], self.judged[:, 2].max()
         return (
-            f"{len(self.costs)} iterations, {self.steps} steps: lowest critical speed {first:.2f} m/s "
+            f"{len(self.costs)} evaluations, {self.steps} steps: lowest critical speed {first:.2f} m/s "
             f"at first, {best:.2f} m/s at best"
         )
 
     def plot(self, ax: Axes | None = None) -> control.ControlPlot:
-        """Draw the learning curve: cost and robust critical speed over the iterations."""
+        """Draw the learning curve: cost and robust critical speed over the evaluations."""
         from agents.learning.learning_plots import plot_descent
 
         return plot_descent(self.costs, self.judged, ax)
@@ -91,22 +92,20 @@ def train_through(
     exercises: Exercises | None = None,
     memory: MemorySettings | None = None,
     hidden: Sequence[int] = (32,),
-    iterations: int = 240,
-    learning_rate: float = 0.01,
-    largest_gradient: float = 1.0,
-    judge_every: int = 30,
+    evaluations: int = 300,
+    judge_every: int = 25,
     seed: int = 0,
     period: float = CONTROL_PERIOD,
     progress: bool = False,
 ) -> Descent:
     """Train a policy by the exact gradient of its rollouts.
 
-    In every iteration a group of vehicles runs under the policy in the environments' own kernel; the
-    gradient of what their motions cost goes back through vehicle, actuator, delay, sensors, memory and
-    network, and Adam takes a step. The policy is odd, and steady readings cancel in it. It does not
-    read its own commands: what that alone makes grow is too slow for a rollout to show. It starts from
-    random weights. Every few iterations, and at the end, it is judged by the lowest critical speed of
-    vehicles of service.
+    All exercises run under the policy in the environments' own kernel, and the gradient of what their
+    motions cost goes back through vehicle, actuator, delay, sensors, memory and network. The cost is a
+    smooth function without noise, so that L-BFGS (SciPy) descends it. The policy is odd, and steady
+    readings cancel in it. It does not read its own commands: what that alone makes grow is too slow for
+    a rollout to show. It starts from random weights. On the way, and at the end, it is judged by the
+    lowest critical speed of vehicles of service.
 
     Parameters
     ----------
@@ -117,13 +116,10 @@ def train_through(
         ``MEMORY`` when left out; without history and past commands.
     hidden : sequence of int
         Widths of the network's hidden layers; none is a linear policy.
-    iterations : int
-    learning_rate : float
-        Of Adam at first; it falls linearly to a tenth.
-    largest_gradient : float
-        Norm to which longer gradients are cut.
+    evaluations : int
+        Most runs of all exercises, each with its gradient.
     judge_every : int
-        Iterations between judgements.
+        Evaluations between judgements, at least.
     seed : int
         Of the weights, the vehicles and where they start.
     period : float
@@ -142,27 +138,23 @@ def train_through(
     todo = Exercises() if exercises is None else exercises
     kept = MEMORY if memory is None else memory
     widths = _checked(model, kept, hidden)
-    checks.whole("iterations", iterations)
+    checks.whole("evaluations", evaluations)
     checks.whole("judge_every", judge_every)
     checks.whole("seed", seed, low=0)
-    checks.number("learning_rate", learning_rate, low=0.0, open_low=True)
-    checks.number("largest_gradient", largest_gradient, low=0.0, open_low=True)
     about: dict[str, Any] = {
         "algorithm": "analytic policy gradient",
         "exercises": todo.plain(),
         "hidden": list(widths),
-        "learning_rate": learning_rate,
-        "largest_gradient": largest_gradient,
         "seed": seed,
     }
     with one_blas_thread():
         path = _Path(model, todo, kept, widths, seed, period)
-        path.run(iterations, judge_every, learning_rate, largest_gradient, progress)
-    about |= {"iterations": len(path.costs), "judged": path.curve}
+        path.run(evaluations, judge_every, progress)
+    about |= {"evaluations": len(path.costs), "judged": path.curve}
     best, last = max(path.judged, key=lambda row: row.robust), path.judged[-1]
     return Descent(
-        dataclasses.replace(best.policy, about={**about, "chosen": best.iteration}),
-        dataclasses.replace(last.policy, about={**about, "chosen": last.iteration}),
+        dataclasses.replace(best.policy, about={**about, "chosen": best.evaluations}),
+        dataclasses.replace(last.policy, about={**about, "chosen": last.evaluations}),
         np.array(path.costs),
         np.array(path.curve, dtype=float),
     )
@@ -187,14 +179,14 @@ def _checked(model: Equipped, memory: MemorySettings, hidden: Sequence[int]) -> 
 class _Judged:
     """A policy on the way, and what it reaches."""
 
-    iteration: int
+    evaluations: int
     steps: int
     robust: float
     policy: LearnedPolicy
 
 
 class _Path:
-    """The iterations of a training, and what was judged on the way."""
+    """The way of a training, and what was judged on it."""
 
     def __init__(
         self,
@@ -221,26 +213,25 @@ class _Path:
                 hidden,
                 len(model.command_names),
             )
-        self._vehicles = list(vehicles_of_service(model, CONICITIES[::2], CREEP_FACTORS, WEARS[::2]))
+        conicities, wears = (np.linspace(*ends, _JUDGED).tolist() for ends in (CONICITY, WEAR))
+        self._vehicles = list(vehicles_of_service(model, conicities, wears=wears))
         self.costs: list[float] = []
         self._steps = 0
         self._groups = self._made(exercises, np.random.default_rng(seed))
         self.judged = [self._judge()]
 
     def _made(self, exercises: Exercises, rng: np.random.Generator) -> list[Runs]:
-        """Return the groups of runs."""
+        """Return the runs with small motions, and those on irregular track."""
         from agents.learning.through import Runs
 
         model, frame = self._model, self._policy()
         periods = max(2, round(exercises.horizon / self._period))
-        plans = [(exercises.vehicles, 0.0, Track(), 1.0)] * exercises.groups
+        plans = [(exercises.small(model), Track(), 1.0)]
         if exercises.rough:
-            rough = exercises.rough, exercises.offset, Track("low"), exercises.rough_weight
-            plans.append(rough)
+            plans.append((exercises.large(model, rng), Track("low"), exercises.rough_weight))
         groups = []
-        for count, offset, track, weight in plans:
-            cases = exercises.draw(model, count, offset, rng)
-            nudges = _NUDGE * model.scale * rng.standard_normal((count, model.n_states))
+        for cases, track, weight in plans:
+            nudges = _NUDGE * model.scale * rng.standard_normal((len(cases), model.n_states))
             asked = exercises.decay, exercises.effort
             groups.append(Runs(model, frame, cases, track, periods, *asked, nudges, weight))
         return groups
@@ -257,34 +248,64 @@ class _Path:
             period=self._period,
         )
 
-    def run(
-        self, iterations: int, judge_every: int, rate: float, longest: float, progress: bool
-    ) -> None:
-        """Go on by some iterations; an interrupt (Ctrl-C) ends them early."""
-        import torch
+    def run(self, evaluations: int, judge_every: int, progress: bool) -> None:
+        """Descend; an interrupt (Ctrl-C) ends it early, at the last policy judged."""
+        from rich.progress import Progress
+        from scipy.optimize import minimize
+        from torch.nn.utils import parameters_to_vector
 
-        parameters = list(self._network.parameters())
-        adam = torch.optim.Adam(parameters, lr=rate)
-        falling = torch.optim.lr_scheduler.LinearLR(adam, 1.0, _LAST_RATE, iterations)
-        turns: Iterable[int] = range(1, iterations + 1)
-        if progress:
-            from rich.progress import track
+        at = parameters_to_vector(self._network.parameters()).detach().numpy()
+        with Progress(disable=not progress) as bar:
+            task = bar.add_task("training through the simulator", total=evaluations)
 
-            turns = track(turns, description="training through the simulator", total=iterations)
-        try:
-            for turn in turns:
-                group = self._groups[(turn - 1) % len(self._groups)]
-                adam.zero_grad()
-                cost = group.cost(self._network)
-                torch.nn.utils.clip_grad_norm_(parameters, longest)
-                adam.step()
-                falling.step()
-                self.costs.append(cost)
-                self._steps += group.steps
-                if turn % judge_every == 0 or turn == iterations:
+            def accepted(intermediate_result: Any) -> None:
+                """Judge what an iteration has come to, if it is time."""
+                bar.update(task, completed=len(self.costs))
+                if len(self.costs) - self.judged[-1].evaluations >= judge_every:
+                    self._set(intermediate_result.x)
                     self.judged.append(self._judge())
-        except KeyboardInterrupt:
-            pass
+
+            try:
+                found = minimize(
+                    self._cost,
+                    at,
+                    method="L-BFGS-B",
+                    jac=True,
+                    callback=accepted,
+                    options={
+                        "maxfun": evaluations,
+                        "maxiter": evaluations,
+                        "maxcor": _REMEMBERED,
+                        "ftol": 0.0,
+                        "gtol": 0.0,
+                    },
+                )
+                if len(self.costs) > self.judged[-1].evaluations:
+                    self._set(found.x)
+                    self.judged.append(self._judge())
+            except KeyboardInterrupt:
+                pass
+
+    def _set(self, weights: Array) -> None:
+        """Give the network weights."""
+        import torch
+        from torch.nn.utils import vector_to_parameters
+
+        with torch.no_grad():
+            vector_to_parameters(torch.from_numpy(weights.copy()), self._network.parameters())
+
+    def _cost(self, weights: Array) -> tuple[float, Array]:
+        """Return the cost of all exercises with some weights, and its gradient."""
+        self._set(weights)
+        self._network.zero_grad()
+        cost = sum(group.cost(self._network) for group in self._groups)
+        self.costs.append(cost)
+        self._steps += sum(group.steps for group in self._groups)
+        slopes = [
+            np.zeros(p.numel()) if p.grad is None else p.grad.numpy().ravel()
+            for p in self._network.parameters()
+        ]
+        return cost, np.concatenate(slopes)
 
     def _judge(self) -> _Judged:
         """Note the lowest critical speed of all vehicles of service under the present policy."""
@@ -299,8 +320,8 @@ class _Path:
 
     @property
     def curve(self) -> list[list[float]]:
-        """Iteration, steps and robust critical speed (m/s) of each judged policy."""
-        return [[row.iteration, row.steps, row.robust] for row in self.judged]
+        """Evaluations, steps and robust critical speed (m/s) of each judged policy."""
+        return [[row.evaluations, row.steps, row.robust] for row in self.judged]
 
 
 def _stable_up_to(vehicle: Equipped, policy: LearnedPolicy, highest: float) -> float:

@@ -16,7 +16,7 @@ from railenv.cli.options import ControlledVehicleOptions, JsonOption, PlotOption
 def train_through(
     *,
     file: Annotated[Path, typer.Option("--out", help="File to write the policy to (npz).")],
-    iterations: Annotated[int, typer.Option(help="Steps of the gradient.")] = 240,
+    evaluations: Annotated[int, typer.Option(help="Most runs of all exercises.")] = 300,
     seed: Annotated[int, typer.Option(help="Seed of everything random.")] = 0,
     problem: Annotated[
         str | None, typer.Option(help="Problem of railenv evaluate, in place of a vehicle.")
@@ -32,7 +32,8 @@ def train_through(
 
     model = model_of(plant, changes) if problem is None else problems.problem(problem).model()
     bar = Console(stderr=True).is_terminal
-    done = agents.train_through(agents.equipped(model), iterations=iterations, seed=seed, progress=bar)
+    equipped = agents.equipped(model)
+    done = agents.train_through(equipped, evaluations=evaluations, seed=seed, progress=bar)
     done.policy.save(file)
     if plot is not None:
         save(done.plot(), plot, as_json)

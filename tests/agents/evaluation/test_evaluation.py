@@ -228,7 +228,7 @@ def test_page_on_learning_tells_what_was_measured():
     assert make_learned.page(page) == page
     rows = json.loads(make_learned.DATA.read_text())
     stored = {e.controller: e for e in agents.load_evaluations(STORED)}
-    for name in ("learned", *make_learned.CLASSICAL):
+    for name in ("learned", "learned-by-gradient", *make_learned.CLASSICAL):
         assert rows[name]["robust"] == pytest.approx(stored[name].robust, rel=1e-3)
 
 

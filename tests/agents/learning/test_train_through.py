@@ -24,7 +24,7 @@ CASES = [
 ]
 LARGE = [Case(c.speed, offset=0.004, vehicle=c.vehicle) for c in CASES]
 ROUGH = Track("low", seed=3)
-SHORT = agents.Exercises(vehicles=6, groups=2, horizon=0.3, rough=2, speeds=(60.0, 130.0))
+SHORT = agents.Exercises(levels=2, stops=3, horizon=0.3, rough=2, speeds=(60.0, 130.0))
 
 
 class Given(agents.Controller):
@@ -196,45 +196,57 @@ def test_networks_are_odd_and_steady_readings_cancel(coach):
     assert policy.act((steady + change) * mirror)[0] == pytest.approx(-moved, rel=1e-6)
 
 
+def test_exercises_are_every_vehicle_at_every_speed(coach):
+    cases = agents.Exercises(levels=3, stops=4, speeds=(20.0, 120.0)).small(coach)
+    vehicles = {tuple(case.vehicle.items()) for case in cases}
+    assert len(cases) == 3 * 3 * 4
+    assert len(vehicles) == 9
+    assert (("conicity", 0.05), ("creep_factor", 1.4)) in vehicles
+    speeds = sorted({case.speed for case in cases})
+    assert (speeds[0], speeds[-1]) == (20.0, 120.0)
+    assert (np.diff(speeds, 2) < 0.0).all()
+
+
 def test_training_lowers_the_cost_and_repeats_itself(coach):
-    keywords = {"exercises": SHORT, "memory": MEMORY, "hidden": (8,), "iterations": 9}
-    first = agents.train_through(coach, learning_rate=0.02, judge_every=6, **keywords)
-    assert (first.costs[-3:] < first.costs[:3]).all()  # the same three groups
-    assert [row[0] for row in first.judged] == [0, 6, 9]
-    assert first.steps == 3 * 60 * (6 + 6 + 2)
+    keywords = {"exercises": SHORT, "memory": MEMORY, "hidden": (8,), "evaluations": 12}
+    first = agents.train_through(coach, judge_every=5, **keywords)
+    assert first.costs[-1] < 0.7 * first.costs[0]
+    assert first.judged[0, 0] == 0
+    assert first.judged[-1, 0] == len(first.costs)
+    assert (np.diff(first.judged[:-1, 0]) >= 5).all()
+    assert first.steps == len(first.costs) * 60 * (2 * 2 * 3 + 2)
     assert first.policy.about["chosen"] == first.judged[first.judged[:, 2].argmax(), 0]
-    again = agents.train_through(coach, learning_rate=0.02, judge_every=9, **keywords)
+    again = agents.train_through(coach, judge_every=12, **keywords)
     np.testing.assert_array_equal(first.costs, again.costs)
     np.testing.assert_array_equal(first.last.network.weights[0], again.last.network.weights[0])
-    other = agents.train_through(coach, seed=1, judge_every=1, **{**keywords, "iterations": 1})
+    other = agents.train_through(coach, seed=1, **{**keywords, "evaluations": 1})
     assert other.costs[0] != first.costs[0]
-    assert first.plot().axes[0, 0].get_xlabel() == "iteration"
+    assert first.plot().axes[0, 0].get_xlabel() == "evaluation"
 
 
-def test_an_interrupt_loses_nothing(coach, monkeypatch):
+def test_an_interrupt_loses_nothing_that_was_judged(coach, monkeypatch):
     from agents.learning.through import Runs
 
     cost, calls = Runs.cost, []
 
     def interrupted(self, network):
         calls.append(1)
-        if len(calls) == 3:
+        if len(calls) == 9:  # in the fifth evaluation of two groups
             raise KeyboardInterrupt
         return cost(self, network)
 
     monkeypatch.setattr(Runs, "cost", interrupted)
-    found = agents.train_through(coach, exercises=SHORT, memory=MEMORY, hidden=(), judge_every=2)
-    assert len(found.costs) == 2
-    assert [row[0] for row in found.judged] == [0, 2]
+    found = agents.train_through(coach, exercises=SHORT, memory=MEMORY, hidden=(), judge_every=1)
+    assert len(found.costs) == 4
+    assert 1 <= found.judged[-1, 0] <= 4
 
 
 @pytest.mark.parametrize(
     ("changes", "match"),
     [
-        ({"iterations": 0}, "iterations"),
+        ({"evaluations": 0}, "evaluations"),
         ({"hidden": "32"}, "hidden is '32'"),
         ({"hidden": (0,)}, "width of a hidden layer"),
-        ({"learning_rate": 0.0}, "learning_rate"),
         ({"seed": -1}, "seed"),
         ({"memory": MemorySettings(history=3)}, "history of the memory is 3"),
         ({"memory": OWN}, "past_commands of the memory is 1"),
@@ -248,7 +260,8 @@ def test_bad_arguments_are_told(coach, changes, match):
 @pytest.mark.parametrize(
     ("changes", "match"),
     [
-        ({"vehicles": 0}, "vehicles of exercises"),
+        ({"levels": 1}, "levels of exercises"),
+        ({"stops": 1}, "stops of exercises"),
         ({"horizon": 0.0}, "horizon"),
         ({"speeds": (90.0, 20.0)}, "speeds"),
         ({"ranges": {"conicity": (0.4, 0.05)}}, "range of conicity"),
