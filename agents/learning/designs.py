@@ -124,11 +124,22 @@ def _adaptive_coach(model: Equipped) -> Controller:
     return _adaptive(model, CONICITIES, [float(v) for v in range(20, 201, 30)])
 
 
+def _adaptive_train(model: Equipped) -> Controller:
+    """Design a bank over wear and creep coefficients."""
+    return AdaptiveLQG.design(
+        model,
+        speeds=[float(v) for v in range(20, 321, 50)],
+        vehicles=vehicles_of_service(model, creep_factors=(0.6, 1.4)),
+        disturbances=Disturbances(alignment=5e-4),
+    )
+
+
 PROBLEM_DESIGNS: Mapping[str, Mapping[str, Design]] = {
     FIRST: {**DESIGNS, "adaptive-lqg": _adaptive_bogie},
     "bogie-primary-v1": {"output-feedback": _at_wheelsets},
     "bogie-both-v1": {"output-feedback": _all_three},
     "coach-v1": {"adaptive-lqg": _adaptive_coach},
+    "crh380a-v1": {"adaptive-lqg": _adaptive_train},
     "dual-wheelset-v1": {"output-feedback": _two_wheelsets},
 }
 """How controllers are designed for each problem; what takes long is shipped, too."""
