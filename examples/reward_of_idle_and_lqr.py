@@ -76,7 +76,7 @@ def markdown():
     lines = [
         "# What controllers score",
         "",
-        "Mean reward per step of `railenv/Bogie-v1` on tangent track, with a lateral offset of 3 mm at the start and",
+        "Mean reward per step of `railenv/Bogie-v1` on tangent track, bodies 3 mm off at the start, in",
         f"episodes of 10 s; the critical speed is {critical:.1f} m/s. The LQR is a full-state feedback "
         "through the default",
         "actuator with its delay of 10 ms. Steps after a derailment earn nothing, and count.",
