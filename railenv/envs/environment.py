@@ -271,8 +271,8 @@ class BogieEnv(HuntingEnv, gym.Env[NDArray[np.float32], Any]):
     ``creep_factor``, ``body_mass`` or a number of the vehicle's contact law (``conicity``,
     ``contact_angle``, ``rail_profile_radius`` of the default's hollow tread); impossible values raise
     an error. ``actuator_failure`` is the share of the episodes in which at some moment one actuator
-    stops receiving commands; ``failed_actuator`` (from 1; 0 for none) and ``failure_time`` in ``info`` say
-    which and when, and can be pinned.
+    stops receiving commands; ``failed_actuator`` (from 1; 0 for none) and ``failure_time`` in ``info``
+    say which and when, and can be pinned.
 
     ## Episode End
 
