@@ -36,13 +36,13 @@ from railenv.threads import usable_threads
 
 ABOUT = (
     "`make bench` (`python -m benchmarks.run`) measures this; `make docs` writes it to this page. "
-    "What is compared is timed in turns. C is a build by gcc of the very assignments of a kernel, on "
-    "the same buffer and with the same tangent, sine and cosine (`python -m benchmarks.c_build`); of "
-    "several sets of flags the fastest counts.",
-    "What a change does to the speed is told by `make bench-against COMMIT=main` "
-    "(`python -m benchmarks.against main`): it checks the commit out beside the working tree, times "
-    "both in turns in one run, and flags what has become slower by more than 5 %. Against `HEAD`, "
-    "without changes, it shows its own noise; more `--rounds` lessen it, `--only RK4` measures a part.",
+    "Things that are compared are timed in turns. C is a build by gcc of the same assignments as in a "
+    "kernel, on the same buffer and with the same tangent, sine and cosine "
+    "(`python -m benchmarks.c_build`); of several sets of flags the fastest counts.",
+    "`make bench-against COMMIT=main` (`python -m benchmarks.against main`) shows how a change affects "
+    "the speed: it checks the commit out beside the working tree, times both in turns in one run, and "
+    "flags rows that have become slower by more than 5 %. Against `HEAD`, without changes, it shows "
+    "its own noise; more `--rounds` reduce it, `--only RK4` measures a part.",
 )
 _WIDE = 150  # columns where the output is no terminal
 

@@ -58,7 +58,7 @@ def _outcome(row: dict[str, Any], idle: float) -> str:
 
 def idle(rows: list[dict[str, Any]]) -> str:
     """Say what there is to beat."""
-    return f"Without any command the 20 episodes return {_idle(rows):.1f} in the mean."
+    return f"Without any command the 20 episodes return {_idle(rows):.1f} on average."
 
 
 def errors(rows: list[dict[str, Any]]) -> str:

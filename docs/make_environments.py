@@ -99,7 +99,7 @@ def _spaces(case: Case, prose: _Prose) -> list[str]:
         "The numbers depend on `actuator`.",
         observations(case, "state"),
         '### `observation="sensors"`',
-        f"`{sensors}`, whatever the actuator.",
+        f"`{sensors}`, for any actuator.",
         observations(case, "sensors"),
     ]
 
@@ -112,7 +112,7 @@ def _episodes(prose: _Prose, env: HuntingEnv) -> list[str]:
         weights(),
         "## Starting State",
         prose.section("Starting State"),
-        "What `options` may pin, and where it is drawn from otherwise:",
+        "What `options` may fix, and how it is drawn otherwise:",
         pins(env.settings),
         "## Episode End",
         prose.section("Episode End"),
@@ -163,8 +163,8 @@ def _vector(case: Case) -> str:
     return f"""
 `gymnasium.make_vec("{case.id}", num_envs=1024)` advances all environments in
 one compiled call, in the lanes of the processor's vector units and on all its threads. Keywords are the
-same. Environment `i` with the seed `s` does what the single environment does with the seed `s + i`, to
-the bit.
+same. Environment `i` with the seed `s` is bit for bit the same as the single environment with the seed
+`s + i`.
 
 - `autoreset_mode` takes every mode of Gymnasium: {modes}.
 - `reset(options=...)` takes arrays with one value for each environment, and `reset_mask`.

@@ -138,20 +138,20 @@ def text() -> str:
     lines = [
         f"The shipped policy is the outcome of {about['generations']} generations of "
         f"{about['population']} candidates ({episodes} episodes, seed {SEED}), chosen from generation "
-        f"{about['chosen']}. Where it started from was stable up to {start[1]:.1f} m/s with every "
+        f"{about['chosen']}. Its start was stable up to {start[1]:.1f} m/s with every "
         f"conicity from {low:g} to {high:g} and every creep factor from {CREEP_FACTOR[0]:g} to "
         f"{CREEP_FACTOR[1]:g}; its score was {start[2]:.1f}, that of the chosen one "
         f"{scores[about['chosen']]:.1f}. The base is stable up to {base:.1f} m/s. "
         f"{_choice(about, base)}",
         "",
-        f"What limits the robust speed of all controllers is a second mode: with conicity {high:g} and "
-        f"creep factor {CREEP_FACTOR[1]:g} the vehicle alone has one of {second[1]:.1f} Hz that is "
+        f"A second mode limits the robust speed of all controllers: with conicity {high:g} and creep "
+        f"factor {CREEP_FACTOR[1]:g} the vehicle alone has one of {second[1]:.1f} Hz that is "
         f"unstable from {second[0]:.1f} m/s on, and a yaw moment on the frame hardly moves it.",
         "",
         "![Learning curve of the shipped policy](pictures/learned.png)",
         "",
-        "Speeds in m/s, on curves the nonlinear one; rms moments (kN m) on irregular track at 80, 110 "
-        "and 140 m/s. The curves are not those of the lessons:",
+        "Speeds are in m/s, on curves the nonlinear ones; rms moments (kN m) on irregular track at 80, "
+        "110 and 140 m/s. The curves are not those of the lessons:",
         "",
         "| controller | linear | nonlinear | robust | "
         + " | ".join(data[SHIPPED]["curves"])
@@ -165,8 +165,8 @@ def text() -> str:
         lines.append(f"| {name} | {' | '.join(speeds)} | {moments} |")
     lines += [
         "",
-        "Vehicles that no controller was tuned or trained on: linear / nonlinear / robust critical "
-        f"speed, the robust one here over conicity alone, from {low:g} to {high:g}, where none is "
+        "Vehicles on which no controller was tuned or trained: linear / nonlinear / robust critical "
+        f"speed, the robust one here only over conicity, from {low:g} to {high:g}, unless it is "
         "given:",
         "",
         "| vehicle | " + " | ".join(name for name, _ in rows) + " |",
@@ -184,10 +184,10 @@ def text() -> str:
 def _choice(about: dict[str, Any], base: float) -> str:
     """Say by which rule the policy was chosen."""
     if max(robust for _, robust, _ in about["judged"]) >= base + about["gain"]:
-        return "Of the judged policies that are more robust it has the best score."
+        return "It has the best score of the evaluated policies that are more robust."
     return (
-        f"None of the judged policies is more robust than the base by {about['gain']:g} m/s; this one "
-        "is the most robust of them. The later ones have better scores, and are less robust."
+        f"No evaluated policy is more robust than the base by {about['gain']:g} m/s; this one "
+        "is the most robust of them. The later ones have better scores, but are less robust."
     )
 
 

@@ -225,7 +225,7 @@ def contact_program() -> str:
         (where, f"{n:.0f}", f"{angle:.4f} rad", f"{1e3 * rise:.3f} mm")
         for where, (n, angle, rise) in worst.items()
     ]
-    return table(("where", "places", "contact angle, at most off by", "rolling radius"), rows)
+    return table(("where", "places", "contact angle, largest difference", "rolling radius"), rows)
 
 
 _CASES = {"E1": "UIC519_A", "E2": "UIC519_B", "E3": "UIC519_H", "E4": "UIC519_I"}
@@ -256,7 +256,13 @@ def conicity() -> str:
             cells += [f"{off:.4f}", f"{inside.sum()} of {len(found)}"]
         rows.append((name, *cells))
     return table(
-        ("case", "its table, off by", "within the band", "its profiles, off by", "within the band"),
+        (
+            "case",
+            "its table, difference",
+            "within the band",
+            "its profiles, difference",
+            "within the band",
+        ),
         rows,
     )
 

@@ -66,7 +66,7 @@ TASKS: tuple[Task, ...] = (
     Task(
         "railenv/BogieCurves-v1",
         "Bogie",
-        "Into and out of curves by transitions, on wheels whose conicity is not told.",
+        "Into and out of curves by transitions, on wheels of unknown conicity.",
         1890.0,
         {
             **_UNKNOWN,
@@ -81,7 +81,7 @@ TASKS: tuple[Task, ...] = (
     Task(
         "railenv/BogieWearGiven-v1",
         "Bogie",
-        "Wheels from new to worn S1002, and the observation tells how worn they are.",
+        "Wheels from new to worn S1002, and the observation includes the wear.",
         980.0,
         {**_SHORT, **_NEW_TO_WORN, "context": True, "history": 15},
     ),
@@ -95,15 +95,15 @@ TASKS: tuple[Task, ...] = (
     Task(
         "railenv/BogieWearHistory-v1",
         "Bogie",
-        "Wheels from new to worn S1002, which 0.4 s of readings may tell.",
+        "Wheels from new to worn S1002, which 0.4 s of readings may identify.",
         980.0,
         {**_SHORT, **_NEW_TO_WORN, "history": 79},
     ),
     Task(
         "railenv/BogieRough-v1",
         "Bogie",
-        "Fast on a rough line, on wheels whose conicity is not told, with commands 25 ms late: what "
-        "damps by one gain derails.",
+        "Fast on a rough line, on wheels of unknown conicity, with commands 25 ms late: a "
+        "constant gain derails.",
         580.0,
         {
             **_SHORT,
@@ -128,7 +128,7 @@ TASKS: tuple[Task, ...] = (
     Task(
         "railenv/BogieWeak-v1",
         "Bogie",
-        "An actuator of 4 kN m, which must not waste what it has.",
+        "An actuator of only 4 kN m, which must be used well.",
         938.0,
         {
             **_SHORT,

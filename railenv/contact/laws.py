@@ -233,11 +233,11 @@ class ArcProfile(ContactLaw):
 
 @dataclass(frozen=True)
 class HollowTread(ContactLaw):
-    """A tread from new to worn hollow, told by its conicity; with a spring behind the flange.
+    """A tread from new to worn hollow, defined by its conicity; with a spring behind the flange.
 
     It is the linear part of :class:`ArcProfile`: the more hollow the tread, the closer its radius comes
-    to that of the rail, and the faster the contact angle moves with the shift. So conicity and contact
-    angle go together, as on wheels in service.
+    to that of the rail, and the faster the contact angle changes with the shift. So conicity and
+    contact angle go together, as on wheels in service.
 
     Parameters
     ----------

@@ -100,10 +100,10 @@ class RigidContact(NamedTuple):
 class ProfilePair(ContactLaw):
     """A wheel's profile on a rail's.
 
-    All is told of one wheel over ``eta``, its lateral shift towards its own flange, so that left and
-    right are alike. The contact is quasi-elastic: lift, radius and place are means over the gap with
-    weights exp(-gap/width), so that they are smooth where rigid contact jumps, and the slope of the
-    lift is the tangent of the contact angle, as the work of the normal force requires.
+    All quantities are those of one wheel over ``eta``, its lateral shift towards its own flange, so
+    that left and right are the same. The contact is quasi-elastic: lift, radius and place are means
+    over the gap with weights exp(-gap/width), so that they are smooth where rigid contact jumps, and
+    the slope of the lift is the tangent of the contact angle, as the work of the normal force requires.
 
     Parameters
     ----------

@@ -232,14 +232,14 @@ class BogieEnv(HuntingEnv, gym.Env[NDArray[np.float32], Any]):
     ``Box(-10, 10, (m,), float32)``; each entry is divided by its scale and clipped. With
     ``observation="state"``: all states of vehicle, actuators and sensors, the latest commands,
     speed, cant deficiency and cant. With ``"sensors"``: accelerometer and gyro of the frame, with
-    noise, bias and bandwidth, then speed and cant deficiency. ``history=k`` appends the k observations
-    before. ``env.unwrapped.fleet.observation_table`` lists name, unit and scale of every entry.
-    ``context=True`` adds what is drawn of the vehicle, the numbers of ``randomize``, from -1 to 1 over
-    their ranges; ``info`` has them always.
+    noise, bias and bandwidth, then speed and cant deficiency. ``history=k`` appends the k previous
+    observations. ``env.unwrapped.fleet.observation_table`` lists name, unit and scale of every entry.
+    ``context=True`` adds the drawn numbers of the vehicle, those of ``randomize``, from -1 to 1 over
+    their ranges; ``info`` always has them.
 
     ## Reward
 
-    Each step ``1 - (w_h h + w_e e + w_r r + w_u u + w_c c + w_d d)``, with
+    Each step earns ``1 - (w_h h + w_e e + w_r r + w_u u + w_c c + w_d d)``, with
 
     - hunting ``h = s(8 H)``, H the root of the mean over wheelsets of ``((dy / (V k delta))^2 + ((psi
       - psi_0) / (k delta))^2) / 2``;
@@ -253,38 +253,38 @@ class BogieEnv(HuntingEnv, gym.Env[NDArray[np.float32], Any]):
     clearance, y_t the rails' displacement, and 0 marks the running equilibrium of the track under the
     vehicle: the steady offset in a curve costs nothing. The weights are shares of their sum (0.35,
     0.25, 0.2, 0.05, 0.05, 0.1 unless given), so that a step's reward lies between 0 and 1; an amplitude
-    of an eighth of the clearance costs half of what there is to lose by it. A derailment earns nothing
-    and ends the episode, so that for any discount it is worse than to hunt on. Every term, before its
-    weight, is in ``info``.
+    of an eighth of the clearance costs half of its weight. A derailment earns nothing and ends the
+    episode, so that for any discount it is worse than hunting on. Every term, before its weight,
+    is in ``info``.
 
     For learning under constraints ``info["cost"]`` is the largest of three shares of limits, which are
-    there too: ``nadal`` (Y/Q over 2 m, of ``nadal_limit``), ``unloading`` (what a wheel has lost of its
+    also in ``info``: ``nadal`` (Y/Q over 2 m, of ``nadal_limit``), ``unloading`` (the loss of a wheel's
     static load, as a mean over 2 m, of 90 %) and ``instability`` (the running rms over 100 m of an
-    axle's sum of guiding forces, of the limit of EN 14363). At and above 1 a limit is passed.
+    axle's sum of guiding forces, of the limit of EN 14363). At and above 1 a limit is exceeded.
 
     ## Starting State
 
-    The running equilibrium, all bodies moved sideways by up to ``initial_offset``. Speed and cant are
-    drawn from their ranges, then the curvature such that cant deficiency stays within
+    The running equilibrium, with all bodies moved sideways by up to ``initial_offset``. Speed and cant
+    are drawn from their ranges, then the curvature such that cant deficiency stays within
     ``max_cant_deficiency``; a quarter of the episodes are on tangent track. ``reset(options=...)`` pins
     ``speed``, ``radius`` or ``curvature``, ``cant``, ``offset``, ``irregularity_factor``, ``friction``,
     ``creep_factor``, ``body_mass`` or a number of the vehicle's contact law (``conicity``,
-    ``contact_angle``, ``rail_profile_radius`` of the default's hollow tread); what cannot be raises.
-    ``actuator_failure`` is the share of the episodes in which one actuator gets no more commands from
-    some moment on; ``failed_actuator`` (from 1; 0 for none) and ``failure_time`` tell it in ``info``,
-    and can be pinned.
+    ``contact_angle``, ``rail_profile_radius`` of the default's hollow tread); impossible values raise
+    an error. ``actuator_failure`` is the share of the episodes in which at some moment one actuator
+    stops receiving commands; ``failed_actuator`` (from 1; 0 for none) and ``failure_time`` in ``info``
+    say which and when, and can be pinned.
 
     ## Episode End
 
     Terminated on derailment only, with the number of the reason in ``info["derailed"]``: Nadal's ratio
     (the mean over 2 m of a wheel's guiding force Y over that of its load Q) above ``nadal_limit``, a
     wheel without load for 2 m, a wheelset more than 30 mm off the track's centre, or, on profiles, a
-    wheel that has climbed beyond the steepest part of its flange, where nothing holds it any more.
+    wheel that has climbed beyond the steepest part of its flange, where nothing holds it.
     Truncated after ``duration``. The last ``info`` has the metrics of the episode.
 
     ``nadal_limit`` is 0.8, or ``"contact angle"`` for Nadal's own ``(tan g - mu) / (1 + mu tan g)``, g
     the largest contact angle of the flange and mu the friction of the episode. Only profiles
-    (``ProfilePair``, ``ProfileFamily``) have such an angle; with the others it raises.
+    (``ProfilePair``, ``ProfileFamily``) have such an angle; the other laws raise an error.
 
     ## Arguments
 
@@ -298,10 +298,10 @@ class BogieEnv(HuntingEnv, gym.Env[NDArray[np.float32], Any]):
 
     ## Version History
 
-    - v1: wheel and rail touch as one function of height says, whatever the contact law; the default
+    - v1: one function of height describes how wheel and rail touch, for every contact law; the default
       vehicle is the coach on hollow treads, whose conicity and contact angle go together. Infos have
       the same names and single numbers throughout.
-    - v0: first version, on the printed contact. It is gone.
+    - v0: first version, on the printed contact; no longer available.
     """
 
     plant = "bogie"
@@ -331,8 +331,8 @@ class CoachEnv(HuntingEnv, gym.Env[NDArray[np.float32], Any]):
 
     A vehicle of 31 degrees of freedom runs at constant speed on tangent or curved track: a body on two
     bogies, four wheelsets. Above its critical speed (107 m/s on tangent track for the default vehicle,
-    less on curves and on worn wheels) both bogies hunt, and shake the body. The controller commands
-    actuators between the bogies and the body, through a transport delay and the lag of real ones.
+    less on curves and on worn wheels) both bogies hunt and shake the body. The controller commands
+    actuators between the bogies and the body, through a transport delay and a realistic lag.
 
     x points forward, y to the left, z up; phi is roll, theta is pitch, psi is yaw. A positive curvature
     is the curve whose outer rail is the left one. SI units throughout. Wheelsets ``w1`` to ``w4`` and
@@ -350,15 +350,15 @@ class CoachEnv(HuntingEnv, gym.Env[NDArray[np.float32], Any]):
 
     ``Box(-10, 10, (m,), float32)``; each entry is divided by its scale and clipped. With
     ``observation="state"``: all states of vehicle, actuators and sensors, the latest commands,
-    speed, cant deficiency and cant. The body's height counts from where it rests on its springs on
-    tangent track, 0.3 m below where they are unloaded. With ``"sensors"``: accelerometer and gyro of
+    speed, cant deficiency and cant. The body's height is measured from its rest on the springs on
+    tangent track, 0.3 m below the unloaded height. With ``"sensors"``: accelerometer and gyro of
     both frames and of the body, with noise, bias and bandwidth, then speed and cant deficiency.
-    ``history=k`` appends the k observations before. ``env.unwrapped.fleet.observation_table`` lists
-    name, unit, scale and rest of every entry. ``context=True`` adds what is drawn of the vehicle.
+    ``history=k`` appends the k previous observations. ``env.unwrapped.fleet.observation_table`` lists
+    name, unit, scale and rest of every entry. ``context=True`` adds the drawn numbers of the vehicle.
 
     ## Reward
 
-    Each step ``1 - (w_h h + w_e e + w_r r + w_u u + w_c c + w_d d)``, with
+    Each step earns ``1 - (w_h h + w_e e + w_r r + w_u u + w_c c + w_d d)``, with
 
     - hunting ``h = s(8 H)``, H the root of the mean over the four wheelsets of ``((dy / (V k delta))^2
       + ((psi - psi_0) / (k delta))^2) / 2``;
@@ -373,9 +373,9 @@ class CoachEnv(HuntingEnv, gym.Env[NDArray[np.float32], Any]):
     clearance, y_t the rails' displacement, and 0 marks the running equilibrium of the track under the
     vehicle: the steady offset in a curve costs nothing. The weights are shares of their sum (0.35,
     0.25, 0.2, 0.05, 0.05, 0.1 unless given), so that a step's reward lies between 0 and 1; an amplitude
-    of an eighth of the clearance costs half of what there is to lose by it. A derailment earns nothing
-    and ends the episode, so that for any discount it is worse than to hunt on. Every term, before its
-    weight, is in ``info``, and so are ``cost`` and its three parts, as for :class:`BogieEnv`, the worst
+    of an eighth of the clearance costs half of its weight. A derailment earns nothing and ends the
+    episode, so that for any discount it is worse than hunting on. Every term, before its weight,
+    is in ``info``, and so are ``cost`` and its three parts, as for :class:`BogieEnv`, the worst
     of eight wheels and four axles.
 
     Accelerations among the metrics are the body's; the readings of the two standards are those of the
@@ -383,16 +383,16 @@ class CoachEnv(HuntingEnv, gym.Env[NDArray[np.float32], Any]):
 
     ## Starting State
 
-    The running equilibrium, all bodies moved sideways by up to ``initial_offset``. Speed and cant are
-    drawn from their ranges, then the curvature such that cant deficiency stays within
+    The running equilibrium, with all bodies moved sideways by up to ``initial_offset``. Speed and cant
+    are drawn from their ranges, then the curvature such that cant deficiency stays within
     ``max_cant_deficiency``; a quarter of the episodes are on tangent track. With ``track="curve"`` each
     body runs on the curvature and cant of its own place, so that the leading bogie enters the
     transition first. ``reset(options=...)`` pins ``speed``, ``radius`` or ``curvature``, ``cant``,
     ``offset``, ``irregularity_factor``, ``friction``, ``creep_factor``, ``body_mass`` or a number of
     the vehicle's contact law (``conicity``, ``contact_angle``, ``rail_profile_radius`` of the default's
-    hollow tread); what cannot be raises. ``actuator_failure`` is the share of the episodes in which one
-    actuator gets no more commands from some moment on; ``failed_actuator`` (from 1; 0 for none) and
-    ``failure_time`` tell it in ``info``, and can be pinned.
+    hollow tread); impossible values raise an error. ``actuator_failure`` is the share of the episodes
+    in which at some moment one actuator stops receiving commands; ``failed_actuator`` (from 1; 0 for
+    none) and ``failure_time`` in ``info`` say which and when, and can be pinned.
 
     ## Episode End
 

@@ -111,7 +111,7 @@ class Settings:
         are standard; or a name (``"standard"``, ``"ideal"``).
     observation : {"state", "sensors"}
     context : bool
-        Whether the observation also tells what is drawn of the vehicle: every number of ``randomize``,
+        Whether the observation also has the drawn numbers of the vehicle: every one of ``randomize``,
         from -1 to 1 over its range.
     history : int
         Number of past observations stacked below the present one, oldest last.
