@@ -17,7 +17,7 @@ from railenv.tables import pack
 from railenv.threads import usable_threads
 
 THREAD_PAYS_FROM = 1000
-"""Steps of one system that are work enough for a thread (some 0.1 ms)."""
+"""Steps of one system that give a thread enough work (some 0.1 ms)."""
 
 MOST_STEPS = 10**9
 """Steps of one call, which cannot be interrupted."""
@@ -29,14 +29,14 @@ class Batch:
     Parameters
     ----------
     models : sequence of Model
-        One per system, all of the same equations; their parameters may differ.
+        One per system, all with the same equations; their parameters may differ.
     dtype : {"float64", "float32"}
         Precision; float32 is about twice as fast.
 
     Raises
     ------
     ParameterError
-        If there is no model, they differ in their equations, or the dtype is another.
+        If there is no model, the models differ in their equations, or the dtype is unknown.
 
     Examples
     --------
@@ -118,7 +118,7 @@ class Batch:
 
     @property
     def states(self) -> NDArray[np.floating]:
-        """States, shape (n, n_states); assign that, or one state for all."""
+        """States, shape (n, n_states); assign an array of this shape, or one state for all."""
         return self._read(self._layout.x, self._layout.u)
 
     @states.setter
@@ -127,7 +127,7 @@ class Batch:
 
     @property
     def inputs(self) -> NDArray[np.floating]:
-        """Inputs, shape (n, n_inputs); assign that, or one set for all."""
+        """Inputs, shape (n, n_inputs); assign an array of this shape, or one set for all."""
         return self._read(self._layout.u, self._layout.c)
 
     @inputs.setter
@@ -136,7 +136,7 @@ class Batch:
 
     @property
     def conditions(self) -> NDArray[np.floating]:
-        """Speed (m/s), curvature (1/m) and cant (rad), shape (n, 3); assign that, or one for all."""
+        """Speed (m/s), curvature (1/m) and cant (rad), shape (n, 3); or assign one row for all."""
         return self._read(self._layout.c, self._layout.p)
 
     @conditions.setter
@@ -152,9 +152,9 @@ class Batch:
         return self._read(self._layout.dx, self._layout.work)
 
     def integrate(self, *, step: float, steps: int, parallel: bool | None = None) -> None:
-        """Advance all systems by some RK4 steps, inputs and conditions held.
+        """Advance all systems by some RK4 steps, with inputs and conditions held.
 
-        States of a system that diverges do not stay finite; the others go on.
+        The states of a system that diverges do not stay finite; the other systems go on.
 
         Parameters
         ----------
@@ -162,7 +162,7 @@ class Batch:
             s.
         steps : int
         parallel : bool, optional
-            Use all threads; by default as many as there is work for. ``RAILENV_NUM_THREADS`` says how
+            Use all threads; by default as many as there is work for. ``RAILENV_NUM_THREADS`` sets how
             many there are.
         """
         h = self._kernels.real(checks.number("step", step, low=0.0, open_low=True, unit="s"))

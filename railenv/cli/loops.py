@@ -1,4 +1,4 @@
-"""A vehicle under a controller, as options of several commands say it."""
+"""A vehicle under a controller, as described by options of several commands."""
 
 from __future__ import annotations
 

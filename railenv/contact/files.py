@@ -32,11 +32,11 @@ _KEY = re.compile(r"^\s*([A-Za-z][\w. ]*?)\s*=\s*(.*)$")
 
 @dataclass
 class _Raw:
-    """What a file says before it is brought into the package's axes."""
+    """The content of a file before conversion to the package's axes."""
 
     rows: list[tuple[float, float]] = field(default_factory=list)
     scale: float | None = None
-    """Metres per unit of length; None where the file does not tell."""
+    """Metres per unit of length; None if the file does not state it."""
     source: str = ""
 
 
@@ -76,9 +76,9 @@ def parse(
     mirror: bool = False,
     tape_circle: float = 0.0,
 ) -> Profile:
-    """Return the profile that the content of a file holds; nothing is read from its path.
+    """Return the profile in the content of a file; nothing is read from its path.
 
-    The path's ending tells the format, and the path names the file in errors; see
+    The path's ending gives the format, and the path names the file in errors; see
     :meth:`Profile.read`.
     """
     file = Path(path)
@@ -156,7 +156,7 @@ def _read(content: bytes, file: Path, ending: str) -> _Raw:
 
 
 def _simpack(file: Path, lines: list[str], kind: Kind) -> _Raw:
-    """Read points between ``point.begin`` and ``point.end``, and what the keys say about them."""
+    """Read points between ``point.begin`` and ``point.end``, and the keys that describe them."""
     raw, inside, ended = _Raw(scale=1.0), False, False
     keys: dict[str, str] = {}
     header: dict[str, str] = {}
@@ -208,7 +208,7 @@ def _simpack(file: Path, lines: list[str], kind: Kind) -> _Raw:
 
 
 def _miniprof(file: Path, lines: list[str]) -> _Raw:
-    """Read keys, and points below them in the columns that ``ColumnDef`` tells; lengths are in mm."""
+    """Read keys, and points below them in the columns that ``ColumnDef`` names; lengths are in mm."""
     raw = _Raw(scale=1e-3)
     keys: dict[str, str] = {}
     columns = ["X", "Y"]
@@ -244,7 +244,7 @@ def _miniprof(file: Path, lines: list[str]) -> _Raw:
 
 
 def _text(file: Path, lines: list[str]) -> _Raw:
-    """Read two columns; comments and one line of titles before them may tell the units."""
+    """Read two columns; comments and one line of titles before them may give the units."""
     raw = _Raw()
     comments = []
     titled = False
@@ -267,7 +267,7 @@ def _text(file: Path, lines: list[str]) -> _Raw:
 
 
 def _signs(kind: Kind, points: Array, mirror: bool) -> tuple[float, float]:
-    """Return what y and z are multiplied by so that they point outwards and upwards."""
+    """Return the factors that make y and z point outwards and upwards."""
     y, z = points.T
     if kind == "wheel":
         side, up = flange_side(y, z)
