@@ -1,4 +1,4 @@
-"""How ratings are drawn."""
+"""Drawings of ratings."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def plot_ratings(ratings: Sequence[Rating], ax: Axes | None = None) -> control.ControlPlot:
-    """Draw for each controller the robust critical speed, and that of each vehicle looked at."""
+    """Draw for each controller the robust critical speed, and that of each vehicle."""
     with style():
         if ax is None:
             ax = plt.subplots(figsize=(7.2, 1.4 + 0.42 * len(ratings)), layout="constrained")[1]
