@@ -86,7 +86,7 @@ def push_columns(evaluation: Evaluation) -> tuple[str, ...]:
 
 
 def pushes(found: Sequence[Evaluation]) -> list[tuple[str, ...]]:
-    """Return the shift of the critical speeds by each controller, a row each, without the passive one."""
+    """Return the shifts of the critical speeds, a row for each controller but the passive one."""
     alone = passive(found)
     return [_pushes(each, alone) for each in found if each is not alone]
 

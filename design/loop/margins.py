@@ -1,4 +1,4 @@
-"""Stability margins of a sampled closed loop: how much gain, phase and delay it bears."""
+"""Stability margins of a sampled closed loop in gain, phase and delay."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 LONGEST_DELAY = 0.2
-"""s, the additional delay up to which the delay margin is searched unless told otherwise."""
+"""Default limit of the search for the delay margin: additional delay, s."""
 
 _GRID, _NEAR = 1200, 41  # frequencies over the whole range, and about each resonance
 _LOWEST = 1e-4  # of Nyquist's frequency
@@ -34,28 +34,28 @@ _ROOT = 1e-12  # of a frequency
 
 @dataclass(frozen=True)
 class ChannelMargins:
-    """Margins of one command, the other loops closed.
+    """Margins of one command, with the other loops closed.
 
     Attributes
     ----------
     channel : str
         The command.
     gain_margin : float
-        Factor by which the gain may grow before stability is lost; ``math.inf`` if by any.
+        Factor by which the gain may grow before stability is lost; ``math.inf`` if there is no limit.
     gain_reduction : float
         Factor to which it may fall; 0 if the loop is stable without this command.
     phase_margin : float
-        rad, of lag or lead; ``math.inf`` if no phase makes the loop unstable.
+        Phase lag or lead, rad; ``math.inf`` if no phase makes the loop unstable.
     gain_frequency, reduction_frequency, phase_frequency : float or None
-        Hz, of the oscillation that begins there.
+        Frequency of the oscillation that begins there, Hz.
     disk_margin : float
         Balanced disk margin: gain and phase may vary together by the disk of this size.
     disk_gain_margin : float
         Factor by which the gain may grow or shrink within the disk.
     disk_phase_margin : float
-        rad, within the disk.
+        Phase within the disk, rad.
     disk_frequency : float
-        Hz, where the loop is closest to instability.
+        Frequency where the loop is closest to instability, Hz.
     loop : control.StateSpace
         Its loop transfer function, for negative feedback.
     """
@@ -96,9 +96,9 @@ class Margins:
     closed_loop : ClosedLoop
         The loop, with its least damped mode.
     delay : float
-        Transport delay that the loop has, s.
+        Transport delay of the loop, s.
     channels : tuple of ChannelMargins
-        Of each command; empty where the closed loop is unstable.
+        Margins of each command; empty if the closed loop is unstable.
     disk_margin, disk_gain_margin, disk_phase_margin : float or None
         As in ChannelMargins (factor, rad), but all commands vary at once, independently of each other.
     disk_frequency : float or None
@@ -107,9 +107,9 @@ class Margins:
         Additional transport delay (s) of all commands at which stability is lost; None if there is none
         up to ``longest_delay``, or the loop is unstable.
     delay_frequency : float or None
-        Hz, of the oscillation that begins there.
+        Frequency of the oscillation that begins there, Hz.
     longest_delay : float
-        Additional delay up to which was searched, s.
+        Limit of the search: additional delay, s.
     """
 
     closed_loop: ClosedLoop
