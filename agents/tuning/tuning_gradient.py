@@ -348,7 +348,7 @@ def _alike(one: float | None, other: float | None, period: float) -> float:
 
 
 def _held(gains: Array, knots: Array, reached: float) -> tuple[Array, Array]:
-    """Return speeds and gains of which none changes beyond a speed, where nothing was asked of them."""
+    """Return speeds and gains held constant beyond a speed, where the goal did not cover them."""
     held = np.append(knots[knots < reached], reached)
     columns = gains.reshape(len(knots), -1).T
     interpolated = np.array([np.interp(held, knots, column) for column in columns]).T

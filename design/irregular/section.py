@@ -264,7 +264,7 @@ def passages(motion: Motion, section: SectionSurface, duration: float) -> Poinca
     total = np.zeros(model.n_states)
     before = np.empty(
         (0, model.n_states)
-    )  # the state before the chunk, whose first state may be an extreme
+    )  # the state before the chunk, which may begin with an extreme
     for first in range(0, steps, _CHUNK):
         states = motion.record(min(_CHUNK, steps - first))
         lowest, highest = (

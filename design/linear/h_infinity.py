@@ -268,7 +268,7 @@ class _Whitening:
         return cls(b, np.sqrt(b) / noise)
 
     def before(self, controller: control.StateSpace) -> tuple[Array, Array, Array, Array]:
-        """Return a controller of whitened readings as one of readings, with means as its last states."""
+        """Return a controller of whitened readings as one of readings, with means as last states."""
         n, p = controller.nstates, len(self.b)
         seen = np.diag(self.gain)
         A = np.zeros((n + p, n + p))

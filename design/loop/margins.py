@@ -190,7 +190,7 @@ class Margins:
         }
 
     def plot(self, ax: Axes | None = None) -> control.ControlPlot:
-        """Draw Nyquist's curves of the channels, with the disk that they keep clear of."""
+        """Draw the Nyquist curves of the channels, with the disk that they avoid."""
         from design.loop.margin_plots import plot_margins
 
         return plot_margins(self, ax)
@@ -210,11 +210,11 @@ def margins(
 ) -> Margins:
     """Compute the stability margins of a vehicle under a sampled controller, about their equilibrium.
 
-    Each command is opened between controller and actuator, the others stay closed. Gain and phase
-    margins are where the frequency response of the exact discrete loop, in state space, crosses the
-    negative real axis and the unit circle. Disk margins are those of ``control.disk_margins``. The
-    delay margin comes from the map over a period itself: the delay grows from nothing until a
-    multiplier leaves the unit circle.
+    Each command is opened between controller and actuator, while the others stay closed. Gain and
+    phase margins are taken where the frequency response of the exact discrete loop, in state space,
+    crosses the negative real axis and the unit circle. Disk margins are those of
+    ``control.disk_margins``. The delay margin comes from the map over a period: the delay grows from 0
+    until a multiplier leaves the unit circle.
 
     Parameters
     ----------
@@ -279,7 +279,7 @@ def response(loop: control.StateSpace, omega: Array) -> Complex:
 
 
 def frequencies(opened: control.StateSpace) -> Array:
-    """Return frequencies (rad/s) up to Nyquist's, dense about resonances of open and closed loop."""
+    """Return frequencies (rad/s) up to Nyquist's, dense around resonances of open and closed loop."""
     period = float(opened.dt)
     nyquist = math.pi / period
     chosen = [np.geomspace(_LOWEST, 1.0, _GRID) * nyquist, np.linspace(0.0, nyquist, _GRID)[1:-1]]
@@ -294,7 +294,7 @@ def frequencies(opened: control.StateSpace) -> Array:
 
 
 def _others_closed(loop: control.StateSpace, name: str) -> control.StateSpace:
-    """Return the loop of one command with negative feedback around all others (there is no D)."""
+    """Return the loop of one command with negative feedback around all others (without D)."""
     names = list(loop.output_labels)
     k = names.index(name)
     rest = [i for i in range(len(names)) if i != k]
@@ -305,7 +305,7 @@ def _others_closed(loop: control.StateSpace, name: str) -> control.StateSpace:
 def _channel(opened: control.StateSpace, name: str, omega: Array) -> ChannelMargins:
     loop = _others_closed(opened, name)
     w_gain = _crossings(loop, omega, lambda value: value.imag)
-    w_gain = np.concatenate([w_gain, [0.0, math.pi / loop.dt]])  # at the ends too it is real
+    w_gain = np.concatenate([w_gain, [0.0, math.pi / loop.dt]])  # it is also real at the ends
     at = response(loop, w_gain)[:, 0, 0].real
     w_gain, gains = w_gain[at < 0.0], -1.0 / at[at < 0.0]
     up = _nearest(gains, w_gain, gains > 1.0, min, math.inf)
@@ -374,7 +374,7 @@ def _delay_margin(
 
     def multipliers(extra: float) -> Complex:
         late = SampledDynamics(sampled.model, sampled.feedback, delay=sampled.delay + extra)
-        return np.linalg.eigvals(late.matrix(*about)).astype(complex)  # no delay moves it
+        return np.linalg.eigvals(late.matrix(*about)).astype(complex)  # the delay does not change it
 
     def excess(extra: float) -> float:
         return float(np.abs(multipliers(extra)).max()) - 1.0

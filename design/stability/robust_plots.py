@@ -1,4 +1,4 @@
-"""How a robust critical speed is drawn."""
+"""Drawings of a robust critical speed."""
 
 from __future__ import annotations
 
