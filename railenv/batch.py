@@ -57,7 +57,7 @@ class Batch:
         given: Any
         for given in models:
             if not isinstance(given, Model):
-                raise ParameterError(f"models contains {shown(given)}, which is no railenv.Model")
+                raise ParameterError(f"models contains {shown(given)}, which is not a railenv.Model")
         checks.choice("dtype", dtype, list(loader.LANES))
         first = models[0]
         if any(model.structure != first.structure for model in models):
@@ -109,7 +109,7 @@ class Batch:
         if array.shape not in ((len(labels),), (self.n, len(labels))):
             raise ParameterError(
                 f"{name} has shape {array.shape}; it must be ({self.n}, {len(labels)}), or "
-                f"({len(labels)},) for all systems alike: {', '.join(labels)}"
+                f"({len(labels)},) for all systems: {', '.join(labels)}"
             )
         if not np.isfinite(array).all():
             *_, entry = place = tuple(np.argwhere(~np.isfinite(array))[0])

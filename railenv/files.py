@@ -84,7 +84,7 @@ def read_arrays(path: str | PathLike[str]) -> dict[str, NDArray[Any]]:
         raise
     except _DAMAGE as error:
         said = one_line(str(error))  # zipfile shows the file itself
-        raise ParameterError(f"{path} is no npz file, or is damaged: {said}") from None
+        raise ParameterError(f"{path} is not an npz file, or is damaged: {said}") from None
 
 
 def _array(content: bytes) -> NDArray[Any]:

@@ -114,7 +114,7 @@ class Line:
         if not self.repeats and self.length < 2.0 * FADE:
             raise ParameterError(
                 f"a line that does not repeat has {self.length:g} m; it must have at least "
-                f"{2.0 * FADE:g} m, for it fades over {FADE:g} m at each end"
+                f"{2.0 * FADE:g} m because it fades over {FADE:g} m at each end"
             )
 
     @classmethod

@@ -468,7 +468,7 @@ def _bodies(given: Sequence[MovingBody]) -> tuple[MovingBody, ...]:
     every: tuple[Any, ...] = bodies
     wrong = [body for body in every if not isinstance(body, MovingBody)]
     if wrong:
-        raise ParameterError(f"bodies has {shown(wrong[0])}, which is no railenv.MovingBody")
+        raise ParameterError(f"bodies has {shown(wrong[0])}, which is not a railenv.MovingBody")
     names = [body.name for body in bodies]
     if len(set(names)) < len(names):
         raise ParameterError(f"bodies are named {', '.join(names)}; names must differ")

@@ -105,7 +105,7 @@ class Assembled(Model):
 
     @property
     def structure(self) -> str:
-        """What the model is made of, but the numbers: models of one structure share their kernels."""
+        """The structure without the numbers: models of one structure share their kernels."""
         return f"assembly {self.equations.assembly.structure}"
 
     @property

@@ -105,9 +105,7 @@ def first_place(plant: Model) -> Place:
         return "secondary"
     if _primary(plant):
         return "primary"
-    raise ParameterError(
-        f"{plant.name} has no frame and no wheelset between which and another body actuators could act"
-    )
+    raise ParameterError(f"{plant.name} has no frame and no wheelset on which actuators could act")
 
 
 def assembly_of(plant: Model) -> Assembly | None:

@@ -296,7 +296,7 @@ def _points(name: str, x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
     px = checks.numbers(f"x of {name}", x, least=2)
     py = checks.numbers(f"y of {name}", y, least=2)
     if px.shape != py.shape:
-        raise ParameterError(f"{name} has {len(px)} x and {len(py)} y; they must be as many")
+        raise ParameterError(f"{name} has {len(px)} x and {len(py)} y; they must be equal in number")
     if not (np.isfinite(px).all() and np.isfinite(py).all()):
         raise ParameterError(f"{name} has points that are not finite")
     if not (np.diff(px) > 0.0).all():

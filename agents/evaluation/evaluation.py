@@ -241,7 +241,7 @@ class Evaluation:
             If it is not a summary.
         """
         if data.get("schema") != SCHEMA:
-            raise ParameterError(f"this is no evaluation of the layout {SCHEMA!r}")
+            raise ParameterError(f"this is not an evaluation of the layout {SCHEMA!r}")
         plan = {k: _tuples(v) for k, v in data["plan"].items()}
         plan["curves"] = tuple((math.inf if r is None else r, c) for r, c in data["plan"]["curves"])
         curves = []

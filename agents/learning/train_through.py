@@ -168,7 +168,7 @@ def _checked(model: Equipped, memory: MemorySettings, hidden: Sequence[int]) -> 
         if getattr(memory, name):
             raise ParameterError(
                 f"{name} of the memory is {getattr(memory, name)}; a policy trained through the "
-                "simulator remembers what filters tell it of readings (corners), and it must be 0"
+                "simulator remembers readings only through filters (corners), so it must be 0"
             )
     if not isinstance(hidden, (list, tuple)):
         raise ParameterError(f"hidden is {shown(hidden)}; it must be widths of layers, such as (32,)")
@@ -314,7 +314,7 @@ class _Path:
             speed = _stable_up_to(self._model.replace(**changes), policy, lowest)
             if speed < lowest:
                 lowest, worst = speed, i
-        # first at the next time, since it is likely to bound how far the others are looked at
+        # first at the next time, since it is likely to limit the search for the others
         self._vehicles.insert(0, self._vehicles.pop(worst))
         return _Judged(len(self.costs), self._steps, lowest, policy)
 

@@ -133,7 +133,7 @@ class Trainer:
                 **keywords,
             )
         except (TypeError, AssertionError) as e:
-            raise ParameterError(f"hyperparameters do not suit {kind.__name__}: {e}") from None
+            raise ParameterError(f"hyperparameters do not fit {kind.__name__}: {e}") from None
         if base is not None:
             _start_at_zero(model)
         return model

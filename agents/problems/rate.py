@@ -33,7 +33,7 @@ CURVES = ((4000.0, 0.0873), (1500.0, 0.0873))
 """m, rad."""
 
 DEFICIENCY = 0.150
-"""Cant on the curves, m."""
+"""Cant deficiency on the curves, m."""
 
 _SECONDS, _FREEZES = 12.0, 2.0  # of the runs on irregular track
 _SETTLED = 2.0  # s, left out of means

@@ -210,7 +210,7 @@ class Rating:
             If it is not a summary.
         """
         if data.get("schema") != SCHEMA:
-            raise ParameterError(f"this is no rating of the layout {SCHEMA!r}")
+            raise ParameterError(f"this is not a rating of the layout {SCHEMA!r}")
         fields = {name: value for name, value in data.items() if name != "schema"}
         checks.known("field of a rating", fields, [f.name for f in dataclasses.fields(cls)])
         margin = fields["margin"]

@@ -31,7 +31,7 @@ def plot_ratings(ratings: Sequence[Rating], ax: Axes | None = None) -> control.C
         )
         for row, rating in enumerate(rows):
             speeds = [loss.speed or 0.0 for loss in rating.losses]
-            label = "each vehicle looked at" if row == 0 else None
+            label = "each vehicle tried" if row == 0 else None
             ax.plot(speeds, [row] * len(speeds), "|", color=STABLE, ms=11, mew=1.6, label=label)
         ax.set_yticks(range(len(rows)), [rating.controller for rating in rows])
         ax.set_ylim(-0.5 - 0.3 * len(rows) ** 0.5, len(rows) - 0.5)

@@ -40,8 +40,7 @@ class Controlled:
     name : str
     reads : {"sensors", "state"}
     speed, frequency : float or None
-        Linear critical speed (m/s) and frequency there (Hz); None if it is stable at all speeds
-        looked at.
+        Linear critical speed (m/s) and frequency there (Hz); None if it is stable at all speeds tried.
     """
 
     name: str
@@ -136,7 +135,7 @@ class Overview(Section):
         return fragment(
             "table.html",
             paragraphs=self.sentences(data),
-            caption=f"{CAPTION} “>”: stable up to the highest speed looked at.",
+            caption=f"{CAPTION} “>”: stable up to the highest speed tried.",
             header=HEADINGS,
             rows=self.rows(data),
             words=2,

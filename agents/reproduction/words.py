@@ -75,7 +75,7 @@ def _marks(found: Sequence[Evaluation]) -> str:
     low, high = found[0].plan.speed_range
     return (
         f"\u201cfailed\u201d: already at {low:g} m/s the loop is unstable, or hunting goes on; "
-        f"\u201c>\u201d: stable up to {high:g} m/s, the highest speed looked at."
+        f"\u201c>\u201d: stable up to {high:g} m/s, the highest speed tried."
     )
 
 

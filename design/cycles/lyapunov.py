@@ -57,8 +57,8 @@ def lyapunov_coefficient(
 ) -> tuple[float | None, float | None]:
     """Return the first Lyapunov coefficient, and the multiple of the mode up to which it holds.
 
-    The differences are taken over ever smaller amplitudes and extrapolated (Richardson). Where they
-    do not converge, as where the equations are not smooth enough, there is no coefficient.
+    The differences are taken over ever smaller amplitudes and extrapolated (Richardson). If they do not
+    converge, because the equations are not smooth enough, there is no coefficient.
 
     Parameters
     ----------

@@ -90,7 +90,7 @@ class Locus(PoleZeroData):
 
     @property
     def condition(self) -> str:
-        """What the locus holds fixed, for titles."""
+        """The constant conditions, for titles."""
         return ""
 
     @property
@@ -229,7 +229,7 @@ class VehicleLocus(Locus):
 
     @property
     def condition(self) -> str:
-        """What the locus holds fixed, for titles."""
+        """The constant conditions, for titles."""
         return self._condition
 
     def mode(self, value: float, mode: int | None = None) -> ModeShape:

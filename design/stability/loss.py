@@ -43,8 +43,8 @@ class CriticalSpeed:
     eigenvalue : complex or None
         The critical eigenvalue (imaginary part not negative), 1/s.
     mode : ndarray or None, shape (n_states,)
-        Its eigenvector, scaled so that its largest displacement is 1. Of a multiple eigenvalue, one
-        of its eigenvectors.
+        Its eigenvector, scaled so that its largest displacement is 1; for a multiple eigenvalue, one of
+        its eigenvectors.
     multiplicity : int
         Number of eigenvalues equal to the critical one; 2 for the dual wheelset, else usually 1.
     growth_slope : float or None
@@ -90,7 +90,7 @@ class CriticalSpeed:
     def hopf(self) -> HopfPoint | None:
         """Normal form and direction of the branch where stability is lost by hunting, else None.
 
-        Computed when first asked for, in about a second. None for a closed loop: a map in discrete time
+        It is computed on first use, in about a second. None for a closed loop: a map in discrete time
         has no Hopf point of this kind.
         """
         if self.loss != "hunting" or self.period is not None:
@@ -166,7 +166,7 @@ class CriticalSpeed:
         if self.loss == "fold":
             return f"the running equilibrium ends in a fold at {self.speed:.4f} m/s"
         if self.loss == "end":
-            return f"the running equilibrium ends at {self.speed:.4f} m/s, as where a wheel lifts"
+            return f"the running equilibrium ends at {self.speed:.4f} m/s, as when a wheel lifts"
         at = f" at {self.frequency:.4f} Hz" if self.frequency is not None else ""
         way = "up to" if self.growth_slope is not None and self.growth_slope < 0.0 else "from"
         beside = ", where others are unstable" if self.unstable else ""

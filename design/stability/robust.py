@@ -96,7 +96,7 @@ class RobustCriticalSpeed:
         if self.speed is None:
             return f"unstable already at {self.speed_range[0]:g} m/s with {vehicle}"
         if not self.limited:
-            return f"stable up to {self.speed:g} m/s with every vehicle looked at"
+            return f"stable up to {self.speed:g} m/s with every vehicle tried"
         return f"stable up to {self.speed:.2f} m/s; the worst vehicle has {vehicle}"
 
     def plot(self, ax: Axes | None = None, parameter: str | None = None) -> control.ControlPlot:

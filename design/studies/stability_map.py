@@ -136,8 +136,8 @@ class StabilityMap:
             for name, values in self.variables.items()
         }
         if self.loss is not None:
-            data["loss"] = (dims, self.loss, {"long_name": "how stability is lost"})
-        data["note"] = (dims, self.notes, {"long_name": "why there is no result"})
+            data["loss"] = (dims, self.loss, {"long_name": "kind of the loss of stability"})
+        data["note"] = (dims, self.notes, {"long_name": "reason why there is no result"})
         coordinates = {
             a.name: (a.name, a.values, {"long_name": a.meaning, "units": a.unit}) for a in self.axes
         }

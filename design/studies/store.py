@@ -85,7 +85,7 @@ class Store:
         if different:
             more = len(different) - _SHOWN
             raise ParameterError(
-                f"store {str(self.path)!r} is of a study with other settings: "
+                f"store {str(self.path)!r} is from a study with other settings: "
                 + "; ".join(different[:_SHOWN])
                 + (f"; and {more} more" if more > 0 else "")
                 + ". Name another file, or delete this one"

@@ -209,7 +209,7 @@ def assess(
     frames, bodies = readings.on_frames(), readings.on_bodies(floor_height)
     if not (readings.wheelsets or frames or bodies):
         raise ParameterError(
-            f"{readings.plant.name} tells no forces of wheels and no motion of frames or bodies; there "
+            f"{readings.plant.name} has no forces of wheels and no motion of frames or bodies; there "
             "is nothing to assess"
         )
     f0 = hunting_frequency or _hunting_frequency(stretch, [*frames, *bodies])

@@ -49,7 +49,7 @@ def from_frames(stretch: Stretch, places: list[Place], hunting: Band | None) -> 
     if untold:
         found.notes.append(
             f"no limit of the frame acceleration of {', '.join(untold)}: the equations of "
-            f"{readings.plant.name} do not tell the bogie's mass"
+            f"{readings.plant.name} do not give the bogie's mass"
         )
     for place in places:
         reading = readings.lateral(place)

@@ -120,7 +120,7 @@ class Stretch:
 
     @cached_property
     def inside(self) -> NDArray[np.bool_]:
-        """Which samples belong to the section, from the last at its start to the first at its end."""
+        """Whether samples belong to the section, from the last at its start to the first at its end."""
         s = self.readings.distance
         slack = 1e-9 * s[-1]
         first = max(int(np.searchsorted(s, self.section[0] + slack)) - 1, 0)
@@ -147,7 +147,7 @@ class Stretch:
 
     @cached_property
     def full_curve(self) -> NDArray[np.bool_] | None:
-        """Which samples lie in the full curve; None where there is none, or it is too short."""
+        """Whether samples lie in the full curve; None if there is none, or it is too short."""
         if not self.curvature:
             return None
         same = self.inside & (self.readings.curvature / self.curvature >= SAME_CURVE)

@@ -66,7 +66,7 @@ def from_wheels(stretch: Stretch, hunting: Band | None) -> Findings:
     readings, found = stretch.readings, Findings()
     if not readings.wheelsets:
         found.notes.append(
-            f"no forces of wheels: the equations of {readings.plant.name} do not tell them"
+            f"no forces of wheels: the equations of {readings.plant.name} do not give them"
         )
         return found
     filtered = [low_pass(f, FORCE_CUTOFF, readings.period) for f in (readings.Y, readings.Q)]

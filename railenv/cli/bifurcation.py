@@ -76,9 +76,9 @@ def bifurcation(
     built = model_of(plant, changes)
     show = not as_json and err.is_terminal
     if every and (chart is not None or curve_over is not None or simulated):
-        raise ParameterError("--all goes with neither --map, --curve nor --simulated")
+        raise ParameterError("--all cannot be combined with --map, --curve or --simulated")
     if curve_over is not None and (chart is not None or simulated):
-        raise ParameterError("--curve goes with neither --map nor --simulated")
+        raise ParameterError("--curve cannot be combined with --map or --simulated")
     if every:
         found = diagram(built, curve.radius, curve.cant, (lowest, highest), points, state, show)
     elif curve_over is not None:

@@ -52,7 +52,7 @@ def train(
         ),
     ] = None,
     base: Annotated[
-        Path | None, typer.Option(help="Controller file; what is learned is added to its action.")
+        Path | None, typer.Option(help="Controller file; the policy's action is added to its own.")
     ] = None,
     device: Annotated[str | None, typer.Option(help="cpu, cuda or auto.")] = None,
     tensorboard: Annotated[

@@ -46,7 +46,7 @@ def page(shown: Sequence[Vehicle], rows: Sequence[FieldDescription]) -> str:
     ]
     variants = [(v, like) for v in shown if (like := likes[v.name]) is not None]
     if variants:
-        lines += ["Vehicles without a column of their own differ from another one in:", ""]
+        lines += ["Vehicles without their own column differ from another one in:", ""]
         lines += ["| vehicle | as | but |", "|---|---|---|"]
         lines += [f"| `{v.name}` | `{like.name}` | {_difference(v, like)} |" for v, like in variants]
         lines += [""]

@@ -62,7 +62,7 @@ def equivalent_conicity(
     if places.shape != delta.shape:
         raise ParameterError(
             f"there are {len(places)} y and {len(delta)} rolling-radius differences; they must be "
-            "as many"
+            "equal in number"
         )
     if not (np.isfinite(places).all() and np.isfinite(delta).all()):
         raise ParameterError(

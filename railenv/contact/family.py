@@ -19,7 +19,7 @@ from railenv.fields import Number, number
 from railenv.tables import Table
 
 TABLE_STEP = 1e-5
-"""Shift (m) to which the flange is sought."""
+"""Step (m) of the search for the flange."""
 
 
 @dataclass(frozen=True)

@@ -90,17 +90,19 @@ def parse(
         raise ParameterError(f"{str(file)!r} is the profile of a {own}, not of a {kind}")
     kind = kind or own
     if kind is None:
-        raise ParameterError(f"{str(file)!r} does not tell what it holds; say kind='wheel' or 'rail'")
+        raise ParameterError(
+            f"{str(file)!r} does not state its kind of profile; give kind='wheel' or 'rail'"
+        )
     if units is not None:
         checks.choice("units", units, tuple(UNITS))
     if mirror and kind == "wheel":
-        raise ParameterError("mirror is for rails; the flange of a wheel tells which way its y points")
+        raise ParameterError("mirror is for rails; the flange of a wheel shows the direction of its y")
     place = checks.number("tape_circle", tape_circle, unit="m")
     raw = _read(content, file, ending)
     scale = raw.scale if units is None else UNITS[units]
     if scale is None:
         raise ParameterError(
-            f"{str(file)!r} does not tell its units; say units='mm' or 'm', or write them into its "
+            f"{str(file)!r} does not state its units; give units='mm' or 'm', or write them into its "
             "first line, as y_mm,z_mm"
         )
     if not raw.rows:
@@ -177,7 +179,7 @@ def _simpack(file: Path, lines: list[str], kind: Kind) -> _Raw:
             (header if section == "header" else keys)[found[1]] = found[2].strip().strip("'\"")
     if not ended:
         raise ParameterError(
-            f"{str(file)!r} has no point.begin ... point.end, so it is no SIMPACK file"
+            f"{str(file)!r} has no point.begin ... point.end, so it is not a SIMPACK file"
         )
     told = header.get("type")
     if told is not None and _value(file, "type", told) != float(kind == "wheel"):

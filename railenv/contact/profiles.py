@@ -360,7 +360,7 @@ def _check_flange(what: str, y: Array, z: Array) -> None:
         )
     if not y[0] < 0.0 < y[-1]:
         raise ParameterError(
-            f"{what} reaches from y = {y[0]:g} to {y[-1]:g} m; y = 0 must lie within, for it is the "
+            f"{what} reaches from y = {y[0]:g} to {y[-1]:g} m; y = 0 must lie within because it is the "
             "tape circle"
         )
 

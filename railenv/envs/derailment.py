@@ -47,14 +47,14 @@ def _flange_angle(wheelset: Guided, side: int) -> float:
     if wheelset.laws is None:
         raise ParameterError(
             f"nadal_limit is {CONTACT_ANGLE!r}, but the equations of {wheelset.name} are your own and "
-            "do not tell its profiles; give a number"
+            "do not give its profiles; give a number"
         )
     law = wheelset.laws[side]
     angle = angle_of_flange(law)
     if angle is None:
         raise ParameterError(
             f"nadal_limit is {CONTACT_ANGLE!r}, but the contact of {wheelset.name} is {law.called}, "
-            "which has no flange whose angle could be taken; give a number, or a contact with profiles "
+            "which has no flange with an angle; give a number, or a contact with profiles "
             "(railenv.ProfilePair, railenv.ProfileFamily)"
         )
     return angle

@@ -33,7 +33,7 @@ DERAILMENT = 1 + len(REWARD_TERMS)
 """Column of the kernel's terms, after the reward and its terms, that is 1 after a derailment."""
 
 TERM_NAMES = (*REWARD_TERMS, "derailment", *SAFETY)
-"""Values that describe a step: terms of the reward, reason of a derailment, shares of limits.
+"""Values that describe a step: terms of the reward, whether it derailed, shares of limits.
 
 They are 0 at a reset.
 """

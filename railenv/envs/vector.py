@@ -30,7 +30,7 @@ from railenv.kernels import loader
 Bools = NDArray[np.bool_]
 
 LARGEST_SEED = 2**128 - 1
-"""Bits of a seed, as many as in those that NumPy draws from the operating system's entropy."""
+"""Largest seed; those that NumPy draws from the operating system's entropy have as many bits."""
 
 MOST_ENVIRONMENTS = 2**20
 """Largest number of environments side by side; they take gigabytes."""

@@ -177,7 +177,7 @@ def present(state: State, found: Stability) -> Present:
     last = float(locus.speeds[-1])
     if locus.ended is not None and state.speed > last:
         raise ParameterError(
-            f"there is no running equilibrium at {state.speed:g} m/s, seen up to {last:.4g} m/s"
+            f"there is no running equilibrium at {state.speed:g} m/s; it was found up to {last:.4g} m/s"
         )
     modes = locus.at(state.speed)
     k = modes.least_damped

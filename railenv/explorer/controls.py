@@ -67,7 +67,7 @@ NUMBERS: dict[str, tuple[str, float, float, float]] = {
 """Labels of the numbers of the contact, and lower end, upper end and step of their sliders."""
 
 HIGHEST_SPEED = 400.0
-"""Limits (m/s) of the range of eigenvalues."""
+"""Highest speed of the range of eigenvalues, m/s."""
 
 _OWN, _CONE, _LINEAR, _HOLLOW = (
     "as the vehicle has it",

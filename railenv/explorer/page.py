@@ -360,7 +360,9 @@ class Page:
             return
         same = compute.same_diagram(self.diagram.state, self.state)
         self._diagram_note.object = escape(
-            self.diagram.said if same else "this diagram is of the vehicle or curve before; follow anew"
+            self.diagram.said
+            if same
+            else "this diagram is for the previous vehicle or curve; follow it anew"
         )
 
     # ---------------------------------------------------------------------------- layout

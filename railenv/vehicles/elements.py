@@ -162,7 +162,7 @@ class Wheelset(Body):
         "1", "friction coefficient of wheel and rail", needed=True, low=0.0, open_low=True, high=2.0
     )
     flange_clearance: Number = positive(
-        "m", "lateral way of the wheelset up to flange contact, for contact laws without a flange"
+        "m", "lateral clearance up to flange contact, for contact laws without a flange"
     )
     lateral_creep: Number = positive("N", "creep coefficient f_11 of a wheel, lateral")
     lateral_spin_creep: Number = nonnegative(

@@ -476,7 +476,7 @@ def test_bifurcation_finds_every_branch(tmp_path):
     assert "branch 0, from Hopf at 68.644 m/s" in result.output
     assert drawing.stat().st_size > 1000
     result = CliRunner().invoke(cli.app, ["bifurcation", *options, "--simulated", "3"])
-    assert "--all goes with neither" in str(result.exception)
+    assert "--all cannot be combined with" in str(result.exception)
 
 
 def test_bifurcation_follows_curves_over_a_parameter(tmp_path):
