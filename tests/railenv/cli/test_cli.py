@@ -494,7 +494,7 @@ def test_bifurcation_follows_curves_over_a_parameter(tmp_path):
     result = CliRunner().invoke(cli.app, ["bifurcation", "--curve", "conicity=0.1"])
     assert "name=low:high" in str(result.exception)
     result = CliRunner().invoke(cli.app, ["bifurcation", *options, "--map", "conicity=0.1:0.2:2"])
-    assert "neither --map nor --simulated" in str(result.exception)
+    assert "combined with --map or --simulated" in str(result.exception)
 
 
 def test_a_malformed_map_is_an_error():
