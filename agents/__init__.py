@@ -3,9 +3,9 @@
 >>> import agents, railenv
 >>> controller = agents.LQR.design(railenv.Bogie(railenv.HIGH_SPEED_COACH), speed=160.0)
 
-``agents.train`` trains policies, and ``agents.learning.sb3`` gives the vector environments to
-Stable-Baselines3 (extra ``rl``). The name ``agents`` is used by other distributions too;
-``__distribution__`` tells this one.
+``agents.train`` trains policies, and ``agents.learning.sb3`` adapts the vector environments for
+Stable-Baselines3 (extra ``rl``). Other distributions also use the name ``agents``;
+``__distribution__`` identifies this one.
 """
 
 from agents.controllers.adaptive import AdaptiveLQG

@@ -9,7 +9,7 @@ Item = TypeVar("Item")
 
 
 def tracked(items: Sequence[Item], title: str, shown: bool) -> Iterable[Item]:
-    """Return some items to loop over; where it is wanted, a bar shows how many are done."""
+    """Return some items to loop over; on request, a bar shows how many are done."""
     if not shown:
         return items
     from rich.progress import track

@@ -1,4 +1,4 @@
-"""How the package's results are drawn: one style, one meaning per colour and line."""
+"""Style of the package's drawings: one style, one meaning per colour and line."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ STABLE = "#1f6f8b"
 UNSTABLE = "#c8432b"
 NEUTRAL = "#9aa5ab"
 SERIES = ("#1f6f8b", "#d98b1f", "#5b7f3a", "#8a4f7d")
-"""Colours of things compared side by side."""
+"""Colours for comparisons side by side."""
 
 _STYLE: Any = {
     "axes.grid": True,
@@ -46,27 +46,27 @@ _STYLE: Any = {
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Draw in the package's style; other figures keep theirs."""
+    """Draw in the package's style; other figures keep their own."""
     with mpl.rc_context(_STYLE):
         yield
 
 
 def axes_or_new(ax: Axes | None, size: tuple[float, float] = (6.4, 4.4)) -> Axes:
-    """Return axes, in a figure of their own where there are none."""
+    """Return the given axes, or new ones in a new figure."""
     return plt.subplots(figsize=size)[1] if ax is None else ax
 
 
 def drawn_on(ax: Axes) -> control.ControlPlot:
-    """Return what was drawn on axes, as python-control returns it."""
+    """Return the drawing on some axes in python-control's form."""
     return control.ControlPlot(np.array(ax.lines, dtype=object), ax, ax.figure)
 
 
 def curve_title(radius: float, cant: float) -> str:
-    """Return a curve as titles say it."""
+    """Return the text of a curve for titles."""
     if math.isinf(radius):
         return "tangent track"
     return f"R = {radius:g} m, cant {cant:g} rad"
 
 
 RADIUS_TICKS = [100, 250, 500, 1000, 2500, 5000, 10000, 25000, 50000]
-"""m, of logarithmic axes."""
+"""Ticks of logarithmic axes, m."""

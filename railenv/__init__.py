@@ -158,10 +158,10 @@ __all__ = [
 if not TYPE_CHECKING:  # type checkers read the imports above
 
     def __getattr__(name):
-        """Load what is asked for: an exported name, or a module of the package."""
+        """Load an exported name, or a module of the package, when it is asked for."""
         if name in _HOME:
             value = getattr(_import_module(f"railenv.{_HOME[name]}"), name)
-            globals()[name] = value  # the next time it is found at once
+            globals()[name] = value  # found at once the next time
             return value
         if name in (*_MODULES, "batch", "checks", "contact", "envs", "irregularity", "tables"):
             return _import_module(f"railenv.{name}")

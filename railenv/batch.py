@@ -17,7 +17,7 @@ from railenv.tables import pack
 from railenv.threads import usable_threads
 
 THREAD_PAYS_FROM = 1000
-"""Steps of one system that are work enough for a thread (some 0.1 ms)."""
+"""Steps of one system that give a thread enough work (some 0.1 ms)."""
 
 MOST_STEPS = 10**9
 """Steps of one call, which cannot be interrupted."""
@@ -29,14 +29,14 @@ class Batch:
     Parameters
     ----------
     models : sequence of Model
-        One per system, all of the same equations; their parameters may differ.
+        One per system, all with the same equations; their parameters may differ.
     dtype : {"float64", "float32"}
         Precision; float32 is about twice as fast.
 
     Raises
     ------
     ParameterError
-        If there is no model, they differ in their equations, or the dtype is another.
+        If there is no model, the models differ in their equations, or the dtype is unknown.
 
     Examples
     --------
@@ -57,7 +57,7 @@ class Batch:
         given: Any
         for given in models:
             if not isinstance(given, Model):
-                raise ParameterError(f"models contains {shown(given)}, which is no railenv.Model")
+                raise ParameterError(f"models contains {shown(given)}, which is not a railenv.Model")
         checks.choice("dtype", dtype, list(loader.LANES))
         first = models[0]
         if any(model.structure != first.structure for model in models):
@@ -109,7 +109,7 @@ class Batch:
         if array.shape not in ((len(labels),), (self.n, len(labels))):
             raise ParameterError(
                 f"{name} has shape {array.shape}; it must be ({self.n}, {len(labels)}), or "
-                f"({len(labels)},) for all systems alike: {', '.join(labels)}"
+                f"({len(labels)},) for all systems: {', '.join(labels)}"
             )
         if not np.isfinite(array).all():
             *_, entry = place = tuple(np.argwhere(~np.isfinite(array))[0])
@@ -118,7 +118,7 @@ class Batch:
 
     @property
     def states(self) -> NDArray[np.floating]:
-        """States, shape (n, n_states); assign that, or one state for all."""
+        """States, shape (n, n_states); assign an array of this shape, or one state for all."""
         return self._read(self._layout.x, self._layout.u)
 
     @states.setter
@@ -127,7 +127,7 @@ class Batch:
 
     @property
     def inputs(self) -> NDArray[np.floating]:
-        """Inputs, shape (n, n_inputs); assign that, or one set for all."""
+        """Inputs, shape (n, n_inputs); assign an array of this shape, or one set for all."""
         return self._read(self._layout.u, self._layout.c)
 
     @inputs.setter
@@ -136,7 +136,7 @@ class Batch:
 
     @property
     def conditions(self) -> NDArray[np.floating]:
-        """Speed (m/s), curvature (1/m) and cant (rad), shape (n, 3); assign that, or one for all."""
+        """Speed (m/s), curvature (1/m) and cant (rad), shape (n, 3); or assign one row for all."""
         return self._read(self._layout.c, self._layout.p)
 
     @conditions.setter
@@ -152,9 +152,9 @@ class Batch:
         return self._read(self._layout.dx, self._layout.work)
 
     def integrate(self, *, step: float, steps: int, parallel: bool | None = None) -> None:
-        """Advance all systems by some RK4 steps, inputs and conditions held.
+        """Advance all systems by some RK4 steps, with inputs and conditions held.
 
-        States of a system that diverges do not stay finite; the others go on.
+        The states of a system that diverges do not stay finite; the other systems go on.
 
         Parameters
         ----------
@@ -162,7 +162,7 @@ class Batch:
             s.
         steps : int
         parallel : bool, optional
-            Use all threads; by default as many as there is work for. ``RAILENV_NUM_THREADS`` says how
+            Use all threads; by default as many as there is work for. ``RAILENV_NUM_THREADS`` sets how
             many there are.
         """
         h = self._kernels.real(checks.number("step", step, low=0.0, open_low=True, unit="s"))

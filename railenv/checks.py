@@ -13,11 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 from railenv.errors import ParameterError, UnknownNameError, shown
 
 CANT_LIMIT = 0.5
-"""rad; the equations are written for small cant angles, 0.19 rad is the steepest track built."""
+"""rad; the equations are for small cant angles, and 0.19 rad is the steepest track built."""
 
 
 HIGHEST_SPEED = 1e4
-"""m/s, far beyond all that runs on rails; numbers above it are mistakes."""
+"""m/s, far beyond anything that runs on rails; numbers above it are mistakes."""
 
 
 LARGEST_COUNT = 2**63 - 1
@@ -124,7 +124,7 @@ def mapping(name: str, value: Any) -> dict[str, Any]:
 
 
 def numbers(name: str, value: Any, *, least: int = 1) -> NDArray[np.float64]:
-    """Return a sequence of numbers, of which none is NaN, as a vector; there must be some of them.
+    """Return a sequence of at least ``least`` numbers, without NaN, as a vector.
 
     Raises
     ------
@@ -145,7 +145,7 @@ def numbers(name: str, value: Any, *, least: int = 1) -> NDArray[np.float64]:
 
 
 def speed(value: Any, name: str = "speed") -> float:
-    """Return a forward speed in m/s; it must be positive, for creepages are relative to it."""
+    """Return a forward speed in m/s; it must be positive because creepages are relative to it."""
     return number(name, value, low=0.0, high=HIGHEST_SPEED, open_low=True, unit="m/s")
 
 
@@ -173,7 +173,7 @@ def vector(name: str, value: ArrayLike | None, labels: Sequence[str]) -> NDArray
     Raises
     ------
     ParameterError
-        If the length is another, or an entry is not finite (its label is named).
+        If the length is wrong, or an entry is not finite (the message names its label).
     """
     if value is None:
         return np.zeros(len(labels))
@@ -192,7 +192,7 @@ def vector(name: str, value: ArrayLike | None, labels: Sequence[str]) -> NDArray
 
 
 def known(kind: str, names: Iterable[Any], allowed: Sequence[str]) -> None:
-    """Raise UnknownNameError unless every name is among those allowed."""
+    """Raise UnknownNameError unless every name is allowed."""
     unknown = [name for name in names if not (isinstance(name, str) and name in allowed)]
     if unknown:
         raise UnknownNameError(kind, unknown, allowed)

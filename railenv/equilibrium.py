@@ -1,7 +1,7 @@
 """Running equilibria: steady running at one speed on one curve, and branches of them.
 
 On a tight curve several equilibria coexist, on the tread and on the flange, and the one on the tread
-can end in a fold. A solver started cold finds any of them. So the equilibrium is followed: from
+can end in a fold. A solver started cold may find any of them, so the equilibrium is followed: from
 tangent track at low speed (where it is unique, found by Levenberg-Marquardt) into the curve, then up
 in speed, by pseudo-arclength continuation with the exact Jacobian.
 """
@@ -24,10 +24,10 @@ from railenv.model import Model
 Array = NDArray[np.float64]
 
 RESIDUAL_LIMIT = 1e-6
-"""Largest derivative (m/s^2, rad/s^2) that counts as equilibrium; what remains is rounding error."""
+"""Largest derivative (m/s^2, rad/s^2) at an equilibrium; smaller ones are rounding error."""
 
 LOW_SPEED = 3.0
-"""m/s, the speed at which branches enter the curve."""
+"""Speed (m/s) at which branches enter the curve."""
 
 _NEWTON_TOLERANCE = 1e-8  # last correction, in units of arclength (see Branch)
 _NEWTON_STEPS = 8
@@ -38,7 +38,7 @@ _LARGEST_MISS = 0.15  # of the step, between the prediction along the tangent an
 _SHORT_STEP = 1e-2
 _SHARPEST_KINK = 2.0  # the same for shorter steps: flange contact bends the branch, no step jumps
 _FARTHEST_BACK = 20.0  # units of s behind its start at which a branch is given up
-_FEW_STEPS = 4  # a corrector that took no more lets the step grow
+_FEW_STEPS = 4  # the step grows after a corrector that needed no more
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class Point:
     tangent : ndarray, shape (n_states + 1,)
         Unit tangent of (state, s), divided by ``scale``.
     scale : ndarray, shape (n_states + 1,)
-        What one unit of arclength is here, for each state and s.
+        Size of one unit of arclength here, for each state and s.
     jacobian : ndarray
         Derivatives with respect to states, inputs, speed, curvature and cant.
     """
@@ -148,10 +148,10 @@ class Stuck(Exception):
 
 
 class Branch:
-    """Follows a branch of equilibria along a path by pseudo-arclength continuation.
+    """A branch of equilibria, followed along a path by pseudo-arclength continuation.
 
     One unit of arclength is the path's ``unit`` of s, or a change of all states by the model's
-    ``scale`` (of states far from zero: by a tenth of their magnitude).
+    ``scale`` (for states far from zero, a tenth of their magnitude).
     """
 
     def __init__(self, model: Model, path: SpeedPath | CurvePath, inputs: Array) -> None:
@@ -261,9 +261,9 @@ class Branch:
         return self.point(p.position + fraction * way, chord / length, p.scale)[0]
 
     def paces(self, p: Point, q: Point) -> tuple[float, float]:
-        """Return the arclength per fraction of the way from p to q, of :meth:`between`, at p and at q.
+        """Return the arclength per fraction of the way from p to q (:meth:`between`), at p and at q.
 
-        Each in units of its own point.
+        Each is in units of its own point.
         """
         chord = (q.position - p.position) / p.scale
         squared = float(chord @ chord)
@@ -273,7 +273,7 @@ class Branch:
         )
 
     def ahead(self, p: Point, distance: float) -> Point:
-        """Return what the tangent of a point predicts, some units of arclength ahead, uncorrected."""
+        """Return the uncorrected prediction of a point's tangent, some units of arclength ahead."""
         z = p.position + distance * p.tangent * p.scale
         self._evaluator.set(z[: self._n], *self.path.at(z[self._n]), self._inputs)
         return Point(z, p.tangent, p.scale, self._evaluator.jacobian())
@@ -306,7 +306,7 @@ class Branch:
                 step = min(2.0 * step, _LARGEST_STEP)
 
     def _advance(self, point: Point, step: float, s_end: float) -> tuple[Point, int]:
-        """Return the next point, at ``s_end`` where the step would pass it, and its Newton steps."""
+        """Return the next point, at ``s_end`` if the step would pass it, and its Newton steps."""
         guess = point.position + step * point.tangent * point.scale
         following, steps = self.point(guess, point.tangent, point.scale)
         missed = (following.position - guess) / point.scale
@@ -332,7 +332,7 @@ def tangent_equilibrium(model: Model, speed: float, inputs: Array) -> Array:
     Raises
     ------
     EquilibriumError
-        If none is found.
+        If it finds none.
     """
     from scipy import optimize  # a slow import, not paid by `import railenv`
 
@@ -370,7 +370,7 @@ def enter_curve(
     Raises
     ------
     EquilibriumError
-        If there is none on tangent track or the branch cannot be followed to the curve.
+        If there is no equilibrium on tangent track or the branch cannot be followed to the curve.
     """
     model.check_conditions(speed, curvature, cant)
     state = tangent_equilibrium(model, speed, inputs)
@@ -389,7 +389,7 @@ def find_equilibrium(
     inputs: ArrayLike | None = None,
     through_folds: bool = False,
 ) -> Equilibrium:
-    """Find the running equilibrium at a speed on a curve, on the branch that low speed starts on.
+    """Find the running equilibrium at a speed on a curve, on the branch that starts at low speed.
 
     Parameters
     ----------
@@ -403,13 +403,13 @@ def find_equilibrium(
     inputs : array_like, shape (n_inputs,), optional
         Constant inputs; zero when left out.
     through_folds : bool, default False
-        Follow the branch also around a fold in speed. What lies beyond is not reached by a train that
-        accelerates: it would jump, from the tread onto the flange.
+        Also follow the branch around a fold in speed. An accelerating train does not reach the part
+        beyond: it would jump from the tread onto the flange.
 
     Raises
     ------
     EquilibriumError
-        If the branch ends before the speed is reached; the message tells where, and the residual.
+        If the branch ends before the speed is reached; the message gives the place and the residual.
     """
     speed = checks.speed(speed)
     curvature, cant = checks.curvature(radius), checks.cant(cant)
@@ -427,12 +427,12 @@ def find_equilibrium(
 
 
 def _at_end(branch: Branch, state: Array, s: float, s_end: float, through_folds: bool) -> Array:
-    """Return the state that a branch from (state, s) has at ``s_end``.
+    """Return the state at ``s_end`` of a branch from (state, s).
 
     Raises
     ------
     EquilibriumError
-        If it does not reach it.
+        If the branch does not reach it.
     """
     reached: Point | None = None
     try:
@@ -448,7 +448,7 @@ def _at_end(branch: Branch, state: Array, s: float, s_end: float, through_folds:
 def follow_speeds(
     model: Model, speeds: ArrayLike, *, radius: float = math.inf, cant: float = 0.0
 ) -> Iterator[Point]:
-    """Follow the running equilibrium through increasing speeds; yields one point for each.
+    """Follow the running equilibrium through increasing speeds; yield one point for each.
 
     Parameters
     ----------
@@ -477,7 +477,7 @@ def follow_speeds(
 
 
 def _lost(branch: Branch, point: Point | None, s_end: float) -> EquilibriumError:
-    """Say where a branch ended, and how far from equilibrium its last state is where it was wanted."""
+    """Return the error with the end of a branch and its last state's residual at the wanted place."""
     speed, curvature, cant = branch.path.at(s_end)
     where = f"{speed:g} m/s on a curve of {curvature:g} 1/m with cant {cant:g} rad"
     if point is None:
@@ -487,7 +487,7 @@ def _lost(branch: Branch, point: Point | None, s_end: float) -> EquilibriumError
     reached_speed, reached_curvature, _ = branch.path.at(point.s)
     residual = branch.residual(point.state, s_end)
     if point.forward:
-        end = "it ends there, as where a wheel lifts off the rail"
+        end = "it ends there, as when a wheel lifts off the rail"
         advice = ""
     else:
         end = "it turns back in a fold"

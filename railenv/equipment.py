@@ -30,31 +30,32 @@ _COMPLEX_STEP = 1e-30
 
 
 class Equipped(Model):
-    """A model with actuators and sensors, whose states join the plant's own.
+    """A model with actuators and sensors, whose states are added to the plant's.
 
-    States are the plant's, then what each actuator develops and its rate (``T_b, dT_b``; of a lateral
-    one ``F_..., dF_...``), then the filtered readings of each sensor (``accel_b, gyro_b``). Inputs are
-    the commands (``command_b``, N m or N), then the plant's own. The transport delay is not part of the
-    equations.
+    States are the plant's, then the moment of each actuator and its rate (``T_b, dT_b``; force
+    ``F_..., dF_...`` for a lateral one), then the filtered readings of each sensor (``accel_b,
+    gyro_b``). Inputs are the commands (``command_b``, N m or N), then the plant's own. The transport
+    delay is not part of the equations.
 
     Parameters
     ----------
     plant : Model
-        Any assembly, such as a Bogie, or equations of your own with ``bodies``.
+        Any assembly, such as a Bogie, or your own equations with ``bodies``.
     place : {"secondary", "primary", "both", "lateral", "none"}, optional
-        The usual actuators. Yaw actuators between frames and what is above them, between wheelsets and
-        frames, or both; "lateral": lateral actuators between frames and what is above them, where the
-        springs between them stand. When left out, the actuators that the vehicle's assembly declares,
-        or else "secondary", or "primary" where no frame moves.
+        The usual actuators. Yaw actuators between frames and the body above them, between wheelsets and
+        frames, or both; "lateral": lateral actuators between frames and the body above them, at the
+        springs between them. When left out, the actuators that the vehicle's assembly declares,
+        or else "secondary", or "primary" if no frame moves.
     actuator : Actuator, optional
-        Of those; ``Actuator.secondary()``, ``primary()`` or ``lateral()`` when left out.
+        Numbers of those actuators; ``Actuator.secondary()``, ``primary()`` or ``lateral()`` when left
+        out.
     sensors : Sensors, optional
-        When left out, those of the assembly, or ``Sensors.standard()``.
+        Sensors; when left out, those of the assembly, or ``Sensors.standard()``.
     actuators : sequence of YawActuator and LateralActuator, optional
-        Instead of a place: any number, between any two bodies. All must have the same delay.
+        In place of ``place``: any number, between any two bodies. All must have the same delay.
     sensed : sequence of str, optional
         Bodies that carry sensors; when left out those of the assembly, or the frames and the bodies
-        that they carry, or the wheelsets where no frame moves.
+        that they carry, or the wheelsets if no frame moves.
 
     Raises
     ------
@@ -163,7 +164,7 @@ class Equipped(Model):
 
     @property
     def structure(self) -> str:
-        """What the model is made of, but the numbers."""
+        """The structure of the model, without its numbers."""
         e = self.equipment
         mounts = [(m.name, m.between, m.acts, m.group) for m in e.mounts]
         return f"{self.plant.structure} equipped {mounts} {e.sensed} {list(self.parameters)}"
@@ -178,7 +179,7 @@ class Equipped(Model):
 
     @property
     def _constants(self) -> dict[str, Any]:
-        """What the control steps of environments need to know (``kernels/environment``)."""
+        """Return the constants of the environments' control steps (``kernels/environment``)."""
         e, x, u = self.equipment, self.state_names.index, self.input_names.index
         return {
             "N_ACTUATORS": len(e.mounts),
@@ -205,7 +206,7 @@ class Equipped(Model):
 
     @property
     def actuator(self) -> Actuator:
-        """The actuators' numbers, where all share them.
+        """The actuators' numbers, if all share them.
 
         Raises
         ------
@@ -236,13 +237,13 @@ class Equipped(Model):
 
     @property
     def felt(self) -> tuple[str, ...]:
-        """Sensed bodies whose acceleration is the ride: those above the frames, or else all."""
+        """Sensed bodies whose acceleration counts for ride: those above the frames, or else all."""
         above = mounting.carried(self.plant)
         return tuple(name for name in self.sensed if name in above) or self.sensed
 
     @property
     def watched(self) -> tuple[str, ...]:
-        """Sensed bodies whose acceleration tells of instability: the frames, or else the first one."""
+        """Sensed bodies whose acceleration shows instability: the frames, or else the first one."""
         frames = mounting.frames(self.plant)
         return tuple(name for name in self.sensed if name in frames) or self.sensed[:1]
 
@@ -263,7 +264,7 @@ class Equipped(Model):
 
     @property
     def body_heights(self) -> dict[str, float]:
-        """Height (m) of the centre of each body that moves; 0 where equations do not tell it."""
+        """Height (m) of the centre of each body that moves; 0 if the equations do not give it."""
         return self.plant.body_heights
 
     @property
@@ -278,7 +279,7 @@ class Equipped(Model):
 
     @property
     def vehicle_name(self) -> str:
-        """What the vehicle is called."""
+        """Name of the vehicle."""
         return self.plant.vehicle_name
 
     @property
@@ -293,13 +294,13 @@ class Equipped(Model):
 
     @property
     def axle_load(self) -> float:
-        """Load (N) that one wheelset brings on the rails at rest."""
+        """Load (N) of one wheelset on the rails at rest."""
         return self.plant.axle_load
 
     def replace(self, **changes: Any) -> Self:
         """Return the same model with some numbers of its plant, actuators or sensors changed.
 
-        Numbers of the actuators have their fields' names, behind the group's prefix where there are
+        Numbers of the actuators have their fields' names, after the group's prefix if there are
         several kinds (``primary_limit``); ``delay`` is that of all.
 
         Raises
@@ -325,7 +326,7 @@ class Equipped(Model):
         return model
 
     def _unmoved(self, before: Equipped) -> dict[str, float]:
-        """Return where lateral actuators act; those at their usual place follow the vehicle."""
+        """Return the places of lateral actuators; those at their usual place follow the vehicle."""
         if self.place != "lateral":
             return before._places
         old, new = (mounting.usual(m.plant, m.place).places for m in (before, self))
@@ -333,7 +334,7 @@ class Equipped(Model):
 
     @property
     def variable_names(self) -> tuple[str, ...]:
-        """What :meth:`replace` changes: quantities of the plant, the actuators and the sensors."""
+        """Names that :meth:`replace` accepts: quantities of plant, actuators and sensors."""
         own = (group + f for group, a in self.groups.items() for f in _own_names(a))
         delay = ("delay",) if self.groups else ()
         return (*self.plant.variable_names, *own, *delay, *self._places, *_names(self.sensors))
@@ -366,7 +367,7 @@ class Equipped(Model):
         curvature: float = 0.0,
         cant: float = 0.0,
     ) -> NDArray[np.float64]:
-        """Specific force (m/s^2) of each sensed body, then guiding force and load (N) of each wheel.
+        """Return the specific force (m/s^2) of each sensed body, then Y and Q (N) of each wheel.
 
         Parameters are those of :meth:`railenv.Model.rhs`; the order is that of ``signal_names``.
         """
@@ -382,9 +383,9 @@ class Equipped(Model):
         curvature: float = 0.0,
         cant: float = 0.0,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Exact derivatives of :meth:`signals` (same parameters) with respect to states and inputs.
+        """Return exact derivatives of :meth:`signals` (same parameters) by states and inputs.
 
-        By complex steps through the equations, which takes milliseconds.
+        They are computed by complex steps through the equations, which takes milliseconds.
 
         Returns
         -------
@@ -408,7 +409,7 @@ class Equipped(Model):
     def steady_state(
         self, plant_state: NDArray[np.float64], *, speed: float, curvature: float, cant: float
     ) -> NDArray[np.float64]:
-        """Return the equilibrium that a plant's equilibrium has with its sensors settled.
+        """Return the model's equilibrium: a plant's equilibrium with settled sensors.
 
         Parameters
         ----------
@@ -433,12 +434,12 @@ def _names(record: ParameterRecord) -> list[str]:
 
 
 def _own_names(actuator: Actuator) -> list[str]:
-    """Numbers that kinds of actuators may differ in: the delay is that of all."""
+    """Return the numbers in which kinds of actuators may differ: all but the common delay."""
     return [name for name in _names(actuator) if name != "delay"]
 
 
 _Mounted = tuple[Sequence[Mount], dict[str, Actuator], dict[str, float]]
-"""Where actuators are mounted, their kinds by prefix, and places of lateral ones."""
+"""Mounts of actuators, their kinds by prefix, and places of lateral ones."""
 
 
 def _usual(plant: Model, place: str, actuator: Actuator | None) -> _Mounted:

@@ -9,7 +9,7 @@ _LONGEST = 120  # characters of a value in a message
 
 
 class RailenvError(Exception):
-    """Base of all exceptions that the package defines; they survive the way between processes."""
+    """Base of all exceptions of the package; they can be passed between processes."""
 
     def __reduce__(self) -> Any:
         return _restored, (type(self), self.args, self.__dict__)
@@ -27,18 +27,18 @@ class ParameterError(RailenvError, ValueError):
 
 
 def shown(value: Any) -> str:
-    """Return a value as a message shows it: on one line, and not longer than it."""
+    """Return a value as messages show it: on one line of limited length."""
     return one_line(repr(value), _LONGEST)
 
 
 def one_line(text: str, longest: int = 300) -> str:
-    """Return a text on one line, and not longer than so many characters."""
+    """Return a text on one line of at most ``longest`` characters."""
     line = " ".join(text.split())
     return line if len(line) <= longest else f"{line[: longest - 3]}..."
 
 
 class UnknownNameError(ParameterError):
-    """A name is not one of those that exist."""
+    """A name does not exist."""
 
     def __init__(self, kind: str, names: Any, allowed: Any) -> None:
         told = ", ".join(_suggesting(names, allowed))
@@ -46,7 +46,7 @@ class UnknownNameError(ParameterError):
 
 
 def _suggesting(names: Any, allowed: Any) -> list[str]:
-    """Return names that do not exist, each with the one that it is close to."""
+    """Return unknown names, each with an existing name close to it."""
     parts = []
     for name in sorted([names] if isinstance(names, str) else names, key=str):
         close = difflib.get_close_matches(str(name)[:_LONGEST], allowed, n=1)
@@ -55,10 +55,10 @@ def _suggesting(names: Any, allowed: Any) -> list[str]:
 
 
 class UnknownKeywordError(UnknownNameError, TypeError):
-    """A keyword is not one of those that exist; a TypeError in Python's wording, too.
+    """A keyword does not exist; also a TypeError in Python's wording.
 
-    Libraries that try keywords on environments go by both. Gymnasium makes the error anew with more to
-    its message, so it takes a message alone; :meth:`of` writes one.
+    Libraries that try keywords on environments rely on both. Gymnasium remakes the error with a longer
+    message, so it takes only a message; :meth:`of` writes one.
     """
 
     def __init__(self, message: str) -> None:
@@ -74,11 +74,11 @@ class UnknownKeywordError(UnknownNameError, TypeError):
 
 
 class MissingPackageError(RailenvError, ImportError):
-    """A package of an extra is needed and not installed."""
+    """A package of an extra is needed but not installed."""
 
 
 class EquationError(RailenvError, TypeError):
-    """Equations of motion hold something that no kernel can be generated from."""
+    """Equations of motion contain something from which no kernel can be generated."""
 
 
 class CompilationError(RailenvError, RuntimeError):
@@ -93,7 +93,7 @@ class EquilibriumError(RailenvError):
     residual : float
         Largest derivative (m/s^2 or rad/s^2) that the best attempt leaves.
     reached : float or None
-        Speed (m/s) up to which the branch could be followed, where that is what failed.
+        Speed (m/s) up to which the branch could be followed, if following it failed.
     """
 
     def __init__(self, message: str, residual: float, reached: float | None = None) -> None:
@@ -103,12 +103,12 @@ class EquilibriumError(RailenvError):
 
 
 class SimulationError(RailenvError):
-    """A simulation left the finite numbers.
+    """A simulation reached values that are not finite.
 
     Attributes
     ----------
     response : control.TimeResponseData
-        What was computed until then.
+        Response up to then.
     """
 
     def __init__(self, message: str, response: Any) -> None:

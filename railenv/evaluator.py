@@ -44,7 +44,7 @@ class Evaluator:
         u: ArrayLike = 0.0,
         sites: ArrayLike = 0.0,
     ) -> None:
-        """Set states, running conditions, inputs, and how the track differs at the bodies' places."""
+        """Set states, running conditions, inputs, and the track's differences at the bodies' places."""
         self._x[:] = x
         self._u[:] = u
         self._c[0] = speed
@@ -58,7 +58,7 @@ class Evaluator:
         return self._dx.copy()
 
     def signals(self) -> Array:
-        """Return the signals of a model that has them."""
+        """Return the signals, if the model has them."""
         self._kernels.signals(self._w, self._t)
         return self._signals.copy()
 

@@ -1,4 +1,4 @@
-"""Optional packages, and what is said where one is missing."""
+"""Optional packages, and the error if one is missing."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ def require(package: str, distribution: str, what: str, extra: str = "rl") -> No
     Parameters
     ----------
     package, distribution : str
-        The name that is imported, and that which is installed.
+        The name to import, and the name to install.
     what : str
         What needs it.
     extra : str
-        The extra that has it.
+        The extra that contains it.
 
     Raises
     ------

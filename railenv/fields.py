@@ -1,7 +1,7 @@
-"""Fields of records whose numbers may be texts: what parts of a vehicle and contact laws are made of.
+"""Fields of records whose numbers may be texts, for parts of a vehicle and contact laws.
 
 Numbers are SI. Each is a float, or a text that computes it from the names of parameters
-(``"frame_mass + body_mass / 2"``). A field that is left out (None) is no part of the equations at all.
+(``"frame_mass + body_mass / 2"``). A field that is left out (None) does not appear in the equations.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def as_points(label: str, value: Any) -> Points:
     Raises
     ------
     ParameterError
-        If they are none; ``label`` says in the message what they are of.
+        If they are not points; ``label`` names their owner in the message.
     """
     try:
         x, y = value
@@ -73,18 +73,18 @@ def _check_points(label: str, points: Points) -> None:
 
 @dataclass(frozen=True)
 class Numbered:
-    """Base of records of numbers and tables that equations read by the names of the fields."""
+    """Base of records whose numbers and tables the equations read by the names of the fields."""
 
     kind: ClassVar[str]
-    """What the record is called in files."""
+    """Name of the record in files."""
 
     @property
     def called(self) -> str:
-        """What the record is called in messages."""
+        """Name of the record in messages."""
         return self.kind
 
     def check_fields(self) -> None:
-        """Check all numbers that are no texts, and all choices."""
+        """Check all numbers that are not texts, and all choices."""
         for f in dataclasses.fields(self):
             value = getattr(self, f.name)
             if "allowed" in f.metadata:
@@ -93,27 +93,27 @@ class Numbered:
                 self.checked(f.name, value)
 
     def checked(self, field: str, value: Any) -> float:
-        """Return the number of a field; raises ParameterError where it is not allowed."""
+        """Return the number of a field; raise ParameterError if it is not allowed."""
         f = next(f for f in dataclasses.fields(self) if f.name == field)
         label = f"{field} of {self.called}"
         return checks.number(label, value, unit=f.metadata["unit"], **f.metadata["bounds"])
 
     @classmethod
     def number_fields(cls) -> list[str]:
-        """Names of the fields that hold a number or an expression."""
+        """Return the names of the fields that hold a number or an expression."""
         return [f.name for f in dataclasses.fields(cls) if "bounds" in f.metadata]
 
     @classmethod
     def table_fields(cls) -> list[str]:
-        """Names of what equations read as tables."""
+        """Return the names of the fields that equations read as tables."""
         return [f.name for f in dataclasses.fields(cls) if "table" in f.metadata]
 
     def has_table(self, field: str) -> bool:
-        """Whether there is a table of this name."""
+        """Return whether there is a table of this name."""
         return getattr(self, field) is not None
 
     def table(self, field: str) -> Table:
-        """Return a table as the kernels read it."""
+        """Return a table in the form that the kernels read."""
         return Table.through(*getattr(self, field), odd=True, name=f"{field} of {self.called}")
 
     def given(self, prefix: str) -> dict[str, str]:
@@ -127,7 +127,7 @@ class Numbered:
         return {**numbers, **{f: prefix + f for f in self.table_fields() if self.has_table(f)}}
 
     def numbers(self, prefix: str) -> dict[str, float]:
-        """Return the numbers that are no texts, by their names as parameters."""
+        """Return the numbers that are not texts, by their names as parameters."""
         values = {field: getattr(self, field) for field in self.number_fields()}
         return {
             prefix + field: value
@@ -136,12 +136,12 @@ class Numbered:
         }
 
     def settings(self) -> list[Any]:
-        """Return what is neither number nor table, for telling structures apart."""
+        """Return all that is neither number nor table, to distinguish structures."""
         skip = {*self.number_fields(), *self.table_fields(), "name"}
         return [[f.name, getattr(self, f.name)] for f in dataclasses.fields(self) if f.name not in skip]
 
     def renumbered(self, prefix: str, changes: Mapping[str, float]) -> Self:
-        """Return the record with those of its own numbers changed that ``changes`` names."""
+        """Return the record with its own numbers in ``changes`` changed."""
         own: dict[str, Any] = {
             field: changes[prefix + field]
             for field in self.number_fields()
@@ -150,7 +150,7 @@ class Numbered:
         return dataclasses.replace(self, **own) if own else self
 
     def shared(self, prefix: str) -> dict[str, str]:
-        """Return the texts by which another record reads this one's numbers."""
+        """Return the texts with which another record reads this one's numbers."""
         return {name.removeprefix(prefix): name for name in self.numbers(prefix)}
 
     def reading(self, prefix: str) -> Self:

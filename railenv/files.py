@@ -1,4 +1,4 @@
-"""Files: written whole or not at all; npz files of any origin, read with nothing executed."""
+"""Files: written whole or not at all; npz files of any origin, read without executing anything."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 from railenv.errors import ParameterError, one_line
 
 LARGEST = 2**28
-"""Bytes, unpacked, that a file may hold in all."""
+"""Largest unpacked size of a file, bytes."""
 
 _SUFFIX = ".npy"
 _DAMAGE = (
     EOFError,
     KeyError,
-    NotImplementedError,  # methods of packing that zipfile does not know
+    NotImplementedError,  # compression methods that zipfile does not support
     OSError,
     RuntimeError,  # a password
     SyntaxError,
@@ -39,7 +39,7 @@ _DAMAGE = (
 
 
 def write_whole(path: str | PathLike[str], content: str | bytes) -> None:
-    """Write a file so that, whenever the process is killed, it is the old one or the new one."""
+    """Write a file atomically: if the process is killed, the file is the old or the new one."""
     target = Path(path)
     partial = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
@@ -66,9 +66,10 @@ def read_arrays(path: str | PathLike[str]) -> dict[str, NDArray[Any]]:
     Raises
     ------
     ParameterError
-        If it is no npz file, is damaged, holds objects (pickles), or unpacks to more than ``LARGEST``.
+        If it is not an npz file, is damaged, holds objects (pickles), or unpacks to more than
+        ``LARGEST``.
     FileNotFoundError
-        If there is none.
+        If it does not exist.
     """
     try:
         with zipfile.ZipFile(path) as archive:
@@ -83,14 +84,14 @@ def read_arrays(path: str | PathLike[str]) -> dict[str, NDArray[Any]]:
         raise
     except _DAMAGE as error:
         said = one_line(str(error))  # zipfile shows the file itself
-        raise ParameterError(f"{path} is no npz file, or is damaged: {said}") from None
+        raise ParameterError(f"{path} is not an npz file, or is damaged: {said}") from None
 
 
 def _array(content: bytes) -> NDArray[Any]:
-    """Return an array from its bytes, which must be as many as its header says."""
+    """Return an array from its bytes, whose number must match the header."""
     stream = io.BytesIO(content)
     version = npy.read_magic(stream)
-    if version != (1, 0):  # what NumPy writes for anything but names of fields
+    if version != (1, 0):  # NumPy's format for everything without field names
         raise ValueError(f"an array of the format {version}")
     shape, _, dtype = npy.read_array_header_1_0(stream)
     if dtype.hasobject:

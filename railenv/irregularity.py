@@ -30,25 +30,25 @@ LEVELS: Mapping[Level, Mapping[str, float]] = {
     "high": {"lateral": 6.125e-7, "vertical": 1.080e-6},
 }
 HALF_BASE = 0.75
-"""m, half the distance over which the cross-level angle is measured."""
+"""Half the distance over which the cross-level angle is measured, m."""
 
 FADE = 20.0
-"""m over which irregularity grows from nothing, at the start of a run and at the ends of a line."""
+"""Distance (m) over which irregularity grows from 0, at the start of a run and the ends of a line."""
 
 SPACING = 0.25
-"""m between samples of a line."""
+"""Distance between samples of a line, m."""
 
 SHORTEST = 3.0
-"""m, the shortest wavelength synthesised: the spectra hold from about here on."""
+"""Shortest wavelength synthesised, m: the spectra hold above about this."""
 
 SAMPLES = 2**17
 """Samples of a line, which is 32.8 km long and then repeats."""
 
-_LINE_SEED = 176  # the one line that every run starts somewhere on
+_LINE_SEED = 176  # of the one line on which every run starts somewhere
 
 
 def spectrum(kind: Kind, wavenumber: ArrayLike, level: Level) -> NDArray[np.float64]:
-    """One-sided power spectral density of an irregularity (ERRI B176).
+    """Return the one-sided power spectral density of an irregularity (ERRI B176).
 
     Parameters
     ----------
@@ -77,14 +77,14 @@ class Line:
     Attributes
     ----------
     align, vert : ndarray, shape (samples,)
-        Lateral and vertical displacement of the rails, m; to the left and up are positive.
+        Lateral and vertical displacement of the rails, m; positive to the left and up.
     cross : ndarray, shape (samples,)
         Cross-level angle, rad; positive where the left rail is the higher one.
     spacing : float
         Distance between samples, m.
     repeats : bool
-        Whether the line goes on from its start after its end. If not, it fades out over the first and
-        the last 20 m (:data:`FADE`) and is zero beyond, so that there is no jump.
+        Whether the line starts again after its end. If not, it fades out over the first and the last
+        20 m (:data:`FADE`) and is zero beyond, so that there is no jump.
 
     Raises
     ------
@@ -114,7 +114,7 @@ class Line:
         if not self.repeats and self.length < 2.0 * FADE:
             raise ParameterError(
                 f"a line that does not repeat has {self.length:g} m; it must have at least "
-                f"{2.0 * FADE:g} m, for it fades over {FADE:g} m at each end"
+                f"{2.0 * FADE:g} m because it fades over {FADE:g} m at each end"
             )
 
     @classmethod
@@ -129,35 +129,35 @@ class Line:
     ) -> Self:
         """Read a measured line from a CSV file.
 
-        Its first line names the columns, behind comment lines that start with ``#``; columns are
-        separated by commas, semicolons or tabs. There is ``distance`` (m, increasing), and either
+        The first line after any comment lines, which start with ``#``, names the columns; columns are
+        separated by commas, semicolons or tabs. They are ``distance`` (m, increasing), and either
 
-        - ``align`` and ``vert`` (unit as told) and ``cross`` (rad), as the attributes of a line, or
-        - ``alignment_left``, ``alignment_right``, ``level_left``, ``level_right`` of the rails (unit as
-          told), and ``cross_level``, the height of the left rail above the right one without the design
-          cant; where it is left out it is ``level_left - level_right``.
+        - ``align`` and ``vert`` (in ``unit``) and ``cross`` (rad), as the attributes of a line, or
+        - ``alignment_left``, ``alignment_right``, ``level_left``, ``level_right`` of the rails (in
+          ``unit``), and ``cross_level``, the height of the left rail above the right one without the
+          design cant; when left out, ``level_left - level_right``.
 
         Displacements to the left and up are positive, for both rails. Alignment and level of the line
-        are the means over the rails; what the gauge varies is not used. Other columns are ignored. The
-        first row is distance 0 of the line. Rows at varying spacing are interpolated linearly to their
-        median spacing.
+        are the means over the rails; variations of the gauge are not used. Other columns are ignored.
+        The first row is distance 0 of the line. Rows at varying spacing are interpolated linearly to
+        their median spacing.
 
         Parameters
         ----------
         path : path
         unit : {"m", "mm"}
-            Of all lengths but the distance.
+            Unit of all lengths except the distance.
         base : float
-            m across the track over which the cross level is measured; turns it into an angle.
+            Distance across the track over which the cross level is measured, m; it gives the angle.
         opposite : sequence of str
-            Columns whose sign in the file is the other one.
+            Columns with the opposite sign in the file.
         repeats : bool
-            Whether the line begins again after its end; then the file's ends should meet.
+            Whether the line starts again after its end; then the file's ends should match.
 
         Raises
         ------
         ParameterError
-            If the file is no such table; the message names file, column and row.
+            If the file is not such a table; the message names file, column and row.
         UnknownNameError
             If a column in ``opposite`` is not read.
         """
@@ -178,7 +178,7 @@ class Line:
         return self.spacing * (len(self.align) - (not self.repeats))
 
     def faded(self) -> Self:
-        """Return the line with its fades in the records, as a line that repeats: its ends are zero."""
+        """Return the line as a repeating one, with its fades in the records: its ends are zero."""
         if self.repeats:
             return self
         places = self.spacing * np.arange(len(self.align))
@@ -201,7 +201,7 @@ class Line:
 
 
 def given(value: Any) -> Line | None:
-    """Return the line that a setting asks for: a level of ERRI B176, a line, or None for none.
+    """Return the line for a setting: a level of ERRI B176, a line, or None for none.
 
     Raises
     ------
@@ -227,7 +227,7 @@ def synthesise(level: Level, *, seed: int, samples: int = SAMPLES, spacing: floa
     ----------
     level : {"low", "high"}
     seed : int
-        Of the phases.
+        Seed of the phases.
     samples : int
         Even number of samples.
     spacing : float
@@ -253,5 +253,5 @@ def synthesise(level: Level, *, seed: int, samples: int = SAMPLES, spacing: floa
 
 @cache
 def line(level: Level) -> Line:
-    """Return the line of a level that environments run on; always the same."""
+    """Return the line on which environments run at a level; always the same."""
     return synthesise(level, seed=_LINE_SEED)

@@ -1,4 +1,4 @@
-"""CSV files of track irregularity: what they must hold, and how their columns become a line's."""
+"""CSV files of track irregularity: their required content, and its conversion to a line."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ OF_RAILS = ("alignment_left", "alignment_right", "level_left", "level_right")
 CROSS_LEVEL = "cross_level"
 
 LARGEST = 0.5
-"""m; no track is that far off, so a file with more has another unit."""
+"""m; no track is that irregular, so a file with larger values has another unit."""
 
 STEEPEST = 0.3
 """rad; no cross-level angle is that large."""
 
-_WIDEST_GAP = 5.0  # m between rows that are interpolated, where they are usually closer
+_WIDEST_GAP = 5.0  # m; largest distance of rows to interpolate between if they are usually closer
 _FAR = 4.0  # times the median spacing
 _UNIFORM = 1e-6  # of the spacing: files have rounded distances
 _LARGEST_FILE = 2**28  # bytes
@@ -40,12 +40,12 @@ def read(
 ) -> tuple[dict[str, Array], float]:
     """Return align, vert (m) and cross (rad) of a file, and their spacing (m).
 
-    What a file holds is told at :meth:`railenv.irregularity.Line.from_file`.
+    See :meth:`railenv.irregularity.Line.from_file` for the content of a file.
 
     Raises
     ------
     ParameterError
-        If the file is no such table; the message names file, column and row.
+        If the file is not such a table; the message names file, column and row.
     UnknownNameError
         If a column in ``opposite`` is not read.
     """
@@ -179,7 +179,7 @@ def _of_line(columns: Mapping[str, Array], base: float) -> dict[str, Array]:
 def _uniform(
     distance: Array, spacing: float, records: dict[str, Array]
 ) -> tuple[dict[str, Array], float]:
-    """Return the records at a uniform spacing (m), and that; unchanged where they are uniform."""
+    """Return the records at a uniform spacing (m), and the spacing; uniform ones are unchanged."""
     from_start = distance - distance[0]
     mean = from_start[-1] / (len(distance) - 1)
     if np.abs(from_start - mean * np.arange(len(distance))).max() <= _UNIFORM * mean:

@@ -41,7 +41,7 @@ class Model:
     Parameters
     ----------
     name : str
-        What to call the model.
+        Name of the model.
     states, inputs : sequence of str
         Names of the entries of ``x`` and ``u``; Python identifiers.
     equations : callable
@@ -49,20 +49,20 @@ class Model:
         ``p`` has the parameters as attributes. Written with Python's operators and the functions of
         :mod:`railenv.equations.functions`; no ``if`` on anything that varies.
     parameters : mapping of str to float
-        The numbers that the equations read.
+        Numbers that the equations read.
     scale : float or sequence of float, default 1.0
-        Typical magnitude of each state, by which continuation measures steps.
+        Typical magnitude of each state, the unit of steps in continuation.
     guess : float or sequence of float, default 0.0
         States from which the search for the running equilibrium on tangent track starts.
     bodies : sequence of MovingBody, optional
-        Which states are whose motion: what :class:`railenv.Equipped` and the environments need.
+        The bodies to which the states belong; :class:`railenv.Equipped` and the environments need them.
 
     Raises
     ------
     ParameterError
         If a name is unusable or a parameter is not a finite number.
     EquationError
-        If the equations use what cannot be compiled.
+        If the equations use something that cannot be compiled.
 
     Examples
     --------
@@ -92,7 +92,7 @@ class Model:
         self._set(name, states, inputs, declared, parameters, scale, guess)
         for body in given:
             body.check(self.state_names, self.input_names, self.parameters)
-        self._text = self._write()  # now, so that what cannot be compiled is told at once
+        self._text = self._write()  # now, so that code that cannot be compiled is reported at once
 
     def _set(
         self,
@@ -134,13 +134,13 @@ class Model:
 
     @property
     def site_names(self) -> tuple[str, ...]:
-        """Numbers that say how the track at each body's place differs from that at the origin."""
+        """Names of the differences of the track at each body's place from that at the origin."""
         names: tuple[str, ...] = self.equations.site_names
         return names
 
     @property
     def _signals(self) -> Callable[..., Sequence[Any]] | None:
-        """Further results of the equations, of models that have them."""
+        """Further results of the equations, for models that have them."""
         return None
 
     @property
@@ -150,7 +150,7 @@ class Model:
 
     @property
     def structure(self) -> str:
-        """What the model is made of, but the numbers: models of one structure share their kernels."""
+        """The structure without the numbers: models of one structure share their kernels."""
         text = hashlib.sha256(self._text.encode()).hexdigest()
         return f"equations {text} {self.equations.bodies}"  # equipment is mounted on the bodies
 
@@ -179,7 +179,7 @@ class Model:
 
     @property
     def equations_hash(self) -> str:
-        """Hash of the structure and of the package's equations: another where the equations are."""
+        """Hash of the structure and of the package's equations, which changes with either."""
         return store.Recipe(self.structure, self._write).key[:16]
 
     def replace(self, **changes: float) -> Self:
@@ -211,7 +211,7 @@ class Model:
         curvature: float = 0.0,
         cant: float = 0.0,
     ) -> Array:
-        """Time derivatives of the states.
+        """Return the time derivatives of the states.
 
         Parameters
         ----------
@@ -222,7 +222,7 @@ class Model:
         speed : float
             Forward speed, m/s.
         curvature : float
-            1/m; positive where the outer rail is the left one.
+            Curvature, 1/m; positive if the outer rail is the left one.
         cant : float
             Cant angle, rad; positive raises the left rail.
 
@@ -246,7 +246,7 @@ class Model:
         curvature: float = 0.0,
         cant: float = 0.0,
     ) -> tuple[Array, Array]:
-        """Exact derivatives of :meth:`rhs` (same parameters) with respect to states and inputs.
+        """Return the exact derivatives of :meth:`rhs` (same parameters) by states and inputs.
 
         Returns
         -------
@@ -266,7 +266,7 @@ class Model:
         curvature: float = 0.0,
         cant: float = 0.0,
     ) -> Array:
-        """Exact derivatives of :meth:`rhs` with respect to speed, curvature and cant.
+        """Return the exact derivatives of :meth:`rhs` with respect to speed, curvature and cant.
 
         Returns
         -------
@@ -285,13 +285,13 @@ class Model:
         return loader.load(self._source, lanes, dtype, program)
 
     def rows(self) -> tuple[list[float], Array | None]:
-        """Return what a buffer's parameter rows hold, and the tables that they point into, if any."""
+        """Return the content of a buffer's parameter rows, and the tables they point to, if any."""
         packed, (starts,) = pack([self.tables])
         return [*self.parameters.values(), *starts, *[0.0] * len(self.site_names)], packed
 
     @property
     def vehicle_name(self) -> str:
-        """What the vehicle is called."""
+        """Name of the vehicle."""
         return self.name
 
     @property
@@ -301,7 +301,7 @@ class Model:
 
     @property
     def axle_load(self) -> float:
-        """Load (N) that one wheelset brings on the rails at rest; 0 where the model does not tell."""
+        """Load (N) of one wheelset on the rails at rest; 0 if the model does not give it."""
         return 0.0
 
     @property
@@ -326,7 +326,7 @@ class Model:
 
     @property
     def body_heights(self) -> dict[str, float]:
-        """Height (m) of the centre of each body that moves; 0 where equations do not tell it."""
+        """Height (m) of the centre of each body that moves; 0 if the equations do not give it."""
         return {name: z for name, (_, z) in self._body_centres().items()}
 
     def _body_centres(self) -> dict[str, tuple[float, float]]:
@@ -337,7 +337,7 @@ class Model:
     def body_inertias(self) -> dict[str, dict[str, float]]:
         """Mass (kg) or moment of inertia (kg m^2) of each coordinate of each body that moves.
 
-        Empty where the model does not tell: equations of one's own have it inside.
+        Empty if the model does not give them: a user's own equations contain them implicitly.
         """
         return {}
 
@@ -361,7 +361,7 @@ class Model:
 
     @property
     def flange_clearance(self) -> float | None:
-        """Lateral way (m) of the first wheelset up to its flange; None where the model has none."""
+        """Lateral clearance (m) of the first wheelset up to its flange; None without wheelsets."""
         return next((wheelset.clearance for wheelset in self.guided), None)
 
     def evaluator(self) -> Evaluator:
@@ -383,7 +383,7 @@ class Model:
         return evaluator
 
     def _finite(self, result: Array, x: ArrayLike) -> Array:
-        """Return what was evaluated at a state, unless that is too far off for numbers."""
+        """Return the values at a state; raise if they are not finite."""
         if not np.isfinite(result).all():
             raise ParameterError(
                 f"x is {shown(x)}; derivatives of {self.name} are not finite there, with these inputs, "
@@ -401,7 +401,7 @@ class Model:
     ) -> list[Any]:
         """Run the equations themselves, in plain Python, on floats or complex numbers.
 
-        The oracle of the kernels: slow, and differentiable by complex step.
+        This is the reference for the kernels: slow, and differentiable by complex step.
         """
         p = SimpleNamespace(**self.parameters, **self.tables)
         return list(self.equations(x, u, speed, curvature, cant, p))
@@ -411,8 +411,8 @@ class Model:
     ) -> control.NonlinearIOSystem:
         """Return the model at one speed and curve as a python-control nonlinear system.
 
-        Its inputs and states carry the model's names; its outputs are the states. It can be pickled,
-        and used by several threads at once.
+        Its inputs and states have the model's names; its outputs are the states. It can be pickled,
+        and several threads can use it at once.
 
         Parameters
         ----------
@@ -438,7 +438,7 @@ class Model:
 
 
 class _Update:
-    """Derivatives of a model at one speed and curve, as python-control calls for them."""
+    """Derivatives of a model at one speed and curve, in the form that python-control calls."""
 
     def __init__(self, model: Model, speed: float, curvature: float, cant: float) -> None:
         self._model = model
@@ -463,12 +463,12 @@ def _filled(values: float | Sequence[float], n: int) -> Array:
 
 
 def _bodies(given: Sequence[MovingBody]) -> tuple[MovingBody, ...]:
-    """Return the bodies that equations of one's own are said to have."""
+    """Return the bodies declared for a user's own equations."""
     bodies = tuple(given)
     every: tuple[Any, ...] = bodies
     wrong = [body for body in every if not isinstance(body, MovingBody)]
     if wrong:
-        raise ParameterError(f"bodies has {shown(wrong[0])}, which is no railenv.MovingBody")
+        raise ParameterError(f"bodies has {shown(wrong[0])}, which is not a railenv.MovingBody")
     names = [body.name for body in bodies]
     if len(set(names)) < len(names):
         raise ParameterError(f"bodies are named {', '.join(names)}; names must differ")
@@ -479,7 +479,7 @@ def _bodies(given: Sequence[MovingBody]) -> tuple[MovingBody, ...]:
 
 
 def check_names(states: Sequence[str], inputs: Sequence[str], parameters: Iterable[str]) -> None:
-    """Raise ParameterError unless names can stand in kernels and differ."""
+    """Raise ParameterError unless names are usable in kernels and differ."""
     names = [*states, *inputs, *parameters]
     if not states:
         raise ParameterError("states is empty; a model needs at least one state")
@@ -500,7 +500,7 @@ def check_names(states: Sequence[str], inputs: Sequence[str], parameters: Iterab
 
 
 def _check_reactions(body: MovingBody, by_name: Mapping[str, MovingBody]) -> None:
-    """Raise unless what a body's inputs react on leads to the ground."""
+    """Raise unless the reactions of a body's inputs lead to the ground."""
     chain = [body.name]
     while (on := by_name[chain[-1]].reacts_on) != GROUND:
         checks.known(f"body that the inputs of {chain[-1]} react on", [on], [*by_name, GROUND])

@@ -61,7 +61,7 @@ class Assembled(Model):
     Raises
     ------
     ParameterError
-        If it is no Assembly, or one of its names is unusable.
+        If it is not an Assembly, or one of its names is unusable.
 
     Examples
     --------
@@ -105,7 +105,7 @@ class Assembled(Model):
 
     @property
     def structure(self) -> str:
-        """What the model is made of, but the numbers: models of one structure share their kernels."""
+        """The structure without the numbers: models of one structure share their kernels."""
         return f"assembly {self.equations.assembly.structure}"
 
     @property
@@ -138,7 +138,7 @@ class Assembled(Model):
 
     @property
     def axle_load(self) -> float:
-        """Load (N) that one wheelset brings on the rails at rest, all of them alike."""
+        """Load (N) of one wheelset on the rails at rest, the same for all."""
         vehicle = self.equations.assembly.with_numbers(self._values)
         mass = sum(body.vertical_load_mass for body in vehicle.bodies if hasattr(body, "mass"))
         return float(vehicle.gravity * mass / max(1, len(vehicle.wheelsets)))
@@ -253,7 +253,7 @@ class _VehicleModel(Assembled):
         )
 
     def _check(self) -> None:
-        """Raise ParameterError where the vehicle has what the model lacks, or the other way round."""
+        """Raise ParameterError if the parts of the vehicle do not fit the model."""
 
     @property
     def _groups(self) -> frozenset[str]:
@@ -263,7 +263,7 @@ class _VehicleModel(Assembled):
 
     @property
     def vehicle_name(self) -> str:
-        """What the vehicle is called."""
+        """Name of the vehicle."""
         return self.vehicle.name
 
     @property
@@ -283,13 +283,13 @@ class _VehicleModel(Assembled):
 
     @property
     def axle_load(self) -> float:
-        """Load (N) of one wheelset, its own weight and half of the bogie's load."""
+        """Load (N) of one wheelset: its own weight and half of the bogie's load."""
         v = self.vehicle
         return v.wheelset_mass * v.gravity + v.external_load / 2.0
 
     @property
     def variable_names(self) -> tuple[str, ...]:
-        """Names of the vehicle's quantities, those of its contact law, and ``creep_factor``."""
+        """Names of the vehicle's quantities and those of its contact law, and ``creep_factor``."""
         contact: Any = self.vehicle.contact
         further = numbers_of(self._groups)
         return (*QUANTITIES, *further, *contact.number_fields(), "creep_factor")
@@ -308,7 +308,7 @@ class _VehicleModel(Assembled):
 
 
 def _clearance(laws: tuple[ContactLaw, ContactLaw], given: float) -> float:
-    """Return the way (m) up to the first flange; where no profile has one, what is given."""
+    """Return the clearance (m) up to the first flange; the given one if no profile has a flange."""
     ways = [law.flange_clearance for law in laws]
     known = [way for way in ways if way is not None and math.isfinite(way)]
     return min(known, default=given)
@@ -319,7 +319,7 @@ _LOAD = "(wheelset_mass + (frame_mass + body_mass / 2) / 2) * gravity / 2"
 
 
 def _creep_options(vehicle: Vehicle) -> tuple[tuple[str, str], ...]:
-    """Return what a wheelset of a vehicle says of its creep."""
+    """Return the creep options of a vehicle's wheelsets."""
     options: dict[str, str] = {"saturation": vehicle.saturation, "saturation_of": vehicle.saturation_of}
     if vehicle.saturation == "polach":
         options |= {"polach_adhesion": "polach_adhesion", "polach_slip": "polach_slip"}
@@ -329,9 +329,9 @@ def _creep_options(vehicle: Vehicle) -> tuple[tuple[str, str], ...]:
 
 
 class _Structure(NamedTuple):
-    """One of the package's own assemblies whose numbers do not matter.
+    """One of the package's own assemblies, with arbitrary numbers.
 
-    ``characteristics`` says which field of a vehicle has the points of an element's.
+    ``characteristics`` gives the field of a vehicle with the points of an element's characteristic.
     """
 
     assembly: Assembly
@@ -342,7 +342,7 @@ class _Structure(NamedTuple):
 def _structure(
     template: str, groups: frozenset[str], law: ContactLaw, creep: tuple[tuple[str, str], ...]
 ) -> _Structure:
-    """Return the parts of vehicles alike."""
+    """Return the parts of vehicles with the same structure."""
     assembly = _assembly(template, groups, law, creep, None)
     fields = templates.characteristics(templates.data_of(template, groups))
     return _Structure(assembly, {e: fields[e.name] for e in assembly.elements if e.name in fields})
@@ -350,7 +350,7 @@ def _structure(
 
 @cache
 def _characteristic(part: Element, points: Points) -> Table:
-    """Return an element's characteristic with other points, as kernels read it."""
+    """Return an element's characteristic with other points, in the form that kernels read."""
     given: Any = {"force": points}
     return dataclasses.replace(part, **given).table("force")
 
@@ -367,7 +367,7 @@ def _assembly(
 ) -> Assembly:
     """Return one of the package's own assemblies with a contact law and a vehicle's characteristics.
 
-    Numbers (and characteristics without a vehicle) are some that do not matter.
+    Numbers (and characteristics without a vehicle) are arbitrary.
     """
     data = templates.data_of(template, groups)
     points = {
@@ -401,8 +401,8 @@ class Bogie(_VehicleModel):
     irregularity under each wheelset: ``align`` (lateral, m), ``vert`` (vertical, m), ``cross``
     (cross-level, rad).
 
-    The body above is at rest. What a vehicle has between frame and body counts against that, but for
-    the lateral stops and the traction rod, which a frame alone does not reach and does not move.
+    The body above is at rest. Parts of a vehicle between frame and body act against it, except the
+    lateral stops, which a frame alone does not reach, and the traction rod, which it does not move.
 
     Parameters
     ----------
@@ -421,8 +421,8 @@ class Bogie(_VehicleModel):
 class DualWheelset(_VehicleModel):
     """Two wheelsets suspended from a frame at rest, 8 degrees of freedom (eq 6 of the paper).
 
-    States and inputs as those of :class:`Bogie`, less the frame's. The two wheelsets are uncoupled, so
-    every eigenvalue is double.
+    States and inputs are those of :class:`Bogie` without the frame's. The two wheelsets are uncoupled,
+    so every eigenvalue is double.
 
     Parameters
     ----------
@@ -449,8 +449,8 @@ class Coach(_VehicleModel):
     """A whole vehicle: a body on two bogies, four wheelsets; 31 degrees of freedom.
 
     States are y, z, phi, psi of the wheelsets ``w1`` to ``w4`` from the front, then y, z, phi, theta,
-    psi of the frames ``b1`` and ``b2`` and of the ``body``, then their rates, then what dampers on
-    rubber ends have. Inputs are, for each bogie, the yaw moments ``M_w1`` and ``M_w2`` (wheelset
+    psi of the frames ``b1`` and ``b2`` and of the ``body``, then their rates, then the states of
+    dampers on rubber ends. Inputs are, for each bogie, the yaw moments ``M_w1`` and ``M_w2`` (wheelset
     against frame) and ``M_b1`` (frame against body) in N m, then the track irregularity under each
     wheelset.
 
@@ -462,7 +462,7 @@ class Coach(_VehicleModel):
     Raises
     ------
     ParameterError
-        If the vehicle has no body, or the print's load bookkeeping.
+        If the vehicle has no body, or the load bookkeeping as printed.
     """
 
     _name = "coach"
@@ -521,7 +521,7 @@ class CooperriderBogie(Model):
 
     @property
     def structure(self) -> str:
-        """What the model is made of, but the numbers."""
+        """The structure of the model, without its numbers."""
         return "cooperrider"
 
     @property
@@ -533,7 +533,7 @@ class CooperriderBogie(Model):
         return type(self)(self.record.replace(**changes))
 
     def check_conditions(self, speed: float, curvature: float, cant: float) -> None:
-        """Raise ParameterError for a speed that is not positive, or any track but tangent."""
+        """Raise ParameterError for a speed that is not positive, or for track that is not tangent."""
         super().check_conditions(speed, curvature, cant)
         if curvature != 0.0 or cant != 0.0:
             raise ParameterError(

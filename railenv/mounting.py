@@ -1,4 +1,4 @@
-"""Where on a model actuators and sensors go: the usual places, and checks of those given."""
+"""Places of actuators and sensors on a model: the usual ones, and checks of those given."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ PLACES = get_args(Place)
 class Mounting(NamedTuple):
     """Actuators at one of the usual places.
 
-    ``groups`` says by prefix which kind of actuator they are, "secondary", "primary" or "lateral";
-    ``places`` has the numbers that say where lateral ones act (m).
+    ``groups`` gives the kind of actuator by prefix, "secondary", "primary" or "lateral";
+    ``places`` has the places of lateral ones (m).
     """
 
     mounts: tuple[Mount, ...]
@@ -49,7 +49,7 @@ def usual(plant: Model, place: Any) -> Mounting:
     Raises
     ------
     ParameterError
-        If it is no place, or the plant has no such bodies.
+        If it is not a place, or the plant has no such bodies.
     """
     possible = places(plant)
     if not isinstance(place, str) or place not in possible:
@@ -68,7 +68,7 @@ def usual(plant: Model, place: Any) -> Mounting:
 
 
 def _lateral_mounting(plant: Model) -> Mounting:
-    """Return lateral actuators between each frame and what it carries, where its springs stand."""
+    """Return lateral actuators between each frame and the body it carries, at its springs."""
     pairs = _lateral(plant)
     mounts = tuple(Mount(a, (a, b), "lateral", "") for a, b in pairs)
     places: dict[str, float] = {}
@@ -80,7 +80,7 @@ def _lateral_mounting(plant: Model) -> Mounting:
 def _where_joined(plant: Model, first: str, second: str) -> tuple[float, float]:
     """Return place and height (m) of the first element that joins two bodies, in an assembly.
 
-    In equations of one's own it is the centre of the first body, which their inputs act on.
+    In a user's own equations it is the centre of the first body, on which their inputs act.
     """
     numbers = SimpleNamespace(**plant.parameters, **plant.tables)
     x, z = plant.equations.places(numbers)[first]
@@ -94,24 +94,22 @@ def _where_joined(plant: Model, first: str, second: str) -> tuple[float, float]:
 
 
 def first_place(plant: Model) -> Place:
-    """Return where the usual actuators of a plant are: above its frames, or else at its wheelsets.
+    """Return the place of a plant's usual actuators: above its frames, or else at its wheelsets.
 
     Raises
     ------
     ParameterError
-        If it has no place for any.
+        If it has no place for actuators.
     """
     if _secondary(plant):
         return "secondary"
     if _primary(plant):
         return "primary"
-    raise ParameterError(
-        f"{plant.name} has no frame and no wheelset between which and another body actuators could act"
-    )
+    raise ParameterError(f"{plant.name} has no frame and no wheelset on which actuators could act")
 
 
 def assembly_of(plant: Model) -> Assembly | None:
-    """Return the parts of a plant; None for equations of one's own."""
+    """Return the parts of a plant; None for a user's own equations."""
     equations = plant.equations
     return equations.assembly if isinstance(equations, AssembledEquations) else None
 
@@ -134,7 +132,7 @@ def neighbours(assembly: Assembly, name: str) -> list[str]:
 
 
 def _primary(plant: Model) -> list[tuple[str, str]]:
-    """Each wheelset with the frame that it is sprung to."""
+    """Return each wheelset with the frame to which it is sprung."""
     assembly, wheelsets = assembly_of(plant), _wheelsets(plant)
     if assembly is None:
         acted = {b.name for b in plant.equations.bodies if b.yaw_moment}
@@ -154,7 +152,7 @@ def _moving(plant: Model, name: str) -> str:
 def frames(plant: Model) -> list[str]:
     """Return the bodies that move and are sprung to wheelsets.
 
-    In equations of one's own these are all that are no wheelsets.
+    In a user's own equations these are all bodies that are not wheelsets.
     """
     assembly, wheelsets = assembly_of(plant), _wheelsets(plant)
     others = [name for name in plant.body_names if name not in wheelsets]
@@ -164,14 +162,14 @@ def frames(plant: Model) -> list[str]:
 
 
 def joined(plant: Model, name: str, among: Sequence[str]) -> list[str]:
-    """Return those of some bodies to which elements join a body; none in equations of one's own."""
+    """Return those of some bodies to which elements join a body; none in a user's own equations."""
     assembly = assembly_of(plant)
     found = [] if assembly is None else neighbours(assembly, name)
     return [other for other in among if other in found]
 
 
 def _secondary(plant: Model) -> list[tuple[str, str]]:
-    """Each frame with the body that it carries, or the ground."""
+    """Return each frame with the body that it carries, or the ground."""
     assembly, wheelsets = assembly_of(plant), _wheelsets(plant)
     own = frames(plant)
     if assembly is None:
@@ -185,7 +183,7 @@ def _secondary(plant: Model) -> list[tuple[str, str]]:
 
 
 def _lateral(plant: Model) -> list[tuple[str, str]]:
-    """Each frame with what it carries, where lateral forces can act."""
+    """Return each frame with the body it carries, where lateral forces can act."""
     if assembly_of(plant) is not None:
         return _secondary(plant)
     pushed = {b.name for b in plant.equations.bodies if b.lateral_force}
@@ -193,13 +191,13 @@ def _lateral(plant: Model) -> list[tuple[str, str]]:
 
 
 def carried(plant: Model) -> list[str]:
-    """Return the bodies that move and are sprung to no wheelset: those above the frames."""
+    """Return the moving bodies that are not sprung to wheelsets: those above the frames."""
     below = {*_wheelsets(plant), *frames(plant)}
     return [name for name in plant.body_names if name not in below]
 
 
 def sensed_bodies(plant: Model, given: Sequence[str] | None) -> tuple[str, ...]:
-    """Return the bodies with sensors: those given, or frames and what they carry, or wheelsets."""
+    """Return the bodies with sensors: those given, or frames and bodies on them, or wheelsets."""
     if given is None:
         usual = [*frames(plant), *carried(plant)]
         return tuple(usual or _wheelsets(plant) or plant.body_names)
@@ -233,7 +231,7 @@ def lateral_rates(plant: Model, sensed: Sequence[str]) -> tuple[str, ...]:
 
 
 def wheelsets_with_forces(plant: Model) -> tuple[str, ...]:
-    """Return the wheelsets whose guiding forces the equations tell."""
+    """Return the wheelsets whose guiding forces the equations give."""
     assembly = assembly_of(plant)
     return () if assembly is None else tuple(w.name for w in assembly.wheelsets)
 

@@ -32,7 +32,7 @@ _OUTPUT_STEP = 0.005  # s
 _CHUNK = 20_000  # steps whose drive is held in memory at a time
 _MOST_SAMPLES = 10**7  # some gigabytes
 _MOST_STEPS = 10**9  # some minutes
-_STIFFEST = 10**15  # such steps are more than a duration has floats for
+_STIFFEST = 10**15  # more steps than floats can count in a duration
 _EXPLICIT, _IMPLICIT = ("RK23", "RK45", "DOP853"), ("Radau", "BDF", "LSODA")  # of scipy.integrate
 _CONDITIONS = ("speed", "curvature", "cant")
 
@@ -72,14 +72,14 @@ def simulate(
     duration : float
         s.
     perturbation : mapping of str to float, optional
-        Added to the initial state, by state name: ``{"y_w1": 0.005}``.
+        Additions to the initial state, by state name: ``{"y_w1": 0.005}``.
     initial_state : array_like, shape (n_states,), optional
-        Where to start; the running equilibrium at the start of the track when left out.
+        State at the start; the running equilibrium at the start of the track when left out.
     inputs : mapping of str to (float or callable), optional
         Inputs by name, constant or functions of time; the others are zero.
     irregularity : {"low", "high"} or Line, optional
         Displacement of the rails under all wheelsets, each at its own place along the line: a level of
-        ERRI B176 or a :class:`railenv.irregularity.Line`, from its start. It grows from nothing over
+        ERRI B176 or a :class:`railenv.irregularity.Line`, from its start. It grows from 0 over
         the first 20 m of the run.
     irregularity_factor : float, default 1.0
         Factor on it.
@@ -97,7 +97,7 @@ def simulate(
     -------
     control.TimeResponseData
         Outputs and states are the model's states; inputs are the model's inputs, then speed,
-        curvature and cant at the origin of the vehicle, and on a track that varies how it differs at
+        curvature and cant at the origin of the vehicle, and on a varying track the differences at
         the place of each body (``curvature_at_w1`` and so on, see :attr:`railenv.Model.site_names`).
 
     Raises
@@ -105,9 +105,9 @@ def simulate(
     ParameterError
         If an argument is not allowed, or both ``irregularity`` and ``inputs`` displace the rails.
     SimulationError
-        If a state does not stay finite; its ``response`` holds what was computed until then.
+        If a state does not stay finite; the error's ``response`` holds the results up to then.
     EquilibriumError
-        If there is no running equilibrium to start from (give ``initial_state`` then).
+        If there is no running equilibrium to start from (then give ``initial_state``).
 
     Examples
     --------
@@ -144,7 +144,7 @@ def simulate(
 
 
 def _line(track: Track | None, radius: float, cant: float) -> Track:
-    """Return the track that is given, or else the circular one."""
+    """Return the given track, or else the circular one."""
     if track is not None and not isinstance(track, Track):
         raise ParameterError(f"track is {shown(track)}; it must be a railenv.Track")
     curvature, cant = checks.curvature(radius), checks.cant(cant)
@@ -158,7 +158,7 @@ def _line(track: Track | None, radius: float, cant: float) -> Track:
 
 
 def _count(name: str, step: float, whole: float, most: int) -> int:
-    """Return how many steps (s) a duration (s) takes, at least 1."""
+    """Return the number of steps (s) in a duration (s), at least 1."""
     ratio = whole / step
     if not ratio <= most:
         raise ParameterError(
@@ -170,7 +170,7 @@ def _count(name: str, step: float, whole: float, most: int) -> int:
 
 @dataclass(frozen=True)
 class _Rails:
-    """What displaces the rails under the wheelsets of a model: a line, and the factor on it."""
+    """Displacement of the rails under the wheelsets of a model: a line, and the factor on it."""
 
     model: Model
     line: Line
@@ -178,7 +178,7 @@ class _Rails:
 
     @classmethod
     def of(cls, model: Model, irregularity: Level | Line | None, factor: float) -> _Rails | None:
-        """Return what the arguments of :func:`simulate` ask for."""
+        """Return the displacement for the arguments of :func:`simulate`."""
         factor = checks.number("irregularity_factor", factor, low=0.0)
         line = line_given(irregularity)
         if line is None:
@@ -190,7 +190,7 @@ class _Rails:
         return cls(model, line, factor)
 
     def columns(self, distance: Array) -> dict[str, Array]:
-        """Return align, vert and cross of each wheelset where the vehicle has come to (m), by input."""
+        """Return align, vert and cross of each wheelset at distances of the vehicle (m), by input."""
         grown = self.factor * np.clip(distance / FADE, 0.0, 1.0)
         return {
             name: grown * self.line.at(kind, distance + wheelset.x)
@@ -201,7 +201,7 @@ class _Rails:
 
 @dataclass
 class _Run:
-    """What drives a simulation: speed, track and inputs as functions of time."""
+    """The drive of a simulation: speed, track and inputs as functions of time."""
 
     model: Model
     speed: Signal
@@ -228,7 +228,7 @@ class _Run:
 
     @property
     def constant(self) -> bool:
-        """Whether nothing varies, so that the kernel can hold it all."""
+        """Whether nothing varies, so that the kernel can hold everything constant."""
         signals = [self.speed, *self.inputs.values()]
         varying = self.rails is not None or any(callable(s) for s in signals)
         return len(self.track.distance) == 1 and not varying
@@ -274,11 +274,11 @@ class _Run:
 
     @property
     def site_names(self) -> tuple[str, ...]:
-        """What the track at each body's place is told by; nothing where the track does not vary."""
+        """Names of the track's differences at the bodies' places; none if the track does not vary."""
         return self.model.site_names if len(self.track.distance) > 1 else ()
 
     def _sites(self, distances: Array) -> list[Array]:
-        """Return how the track at each body's place differs from that at the origin, if it varies."""
+        """Return the track's differences at the bodies' places from the origin, if it varies."""
         if not self.site_names:
             return []
         track, columns = self.track, []
@@ -293,7 +293,7 @@ class _Run:
         return columns
 
     def initial_state(self, given: ArrayLike | None, perturbation: dict[str, float]) -> Array:
-        """Return the state to start from."""
+        """Return the initial state."""
         names = self.model.state_names
         checks.known("state in perturbation", perturbation, names)
         if given is not None:
@@ -312,12 +312,12 @@ class _Run:
         return state
 
     def natural_step(self, start: Array, most: int = _MOST_STEPS) -> float:
-        """Return the RK4 time step (s) that the fastest mode about the initial state asks for.
+        """Return the RK4 time step (s) that the fastest mode about the initial state requires.
 
         Raises
         ------
         ParameterError
-            If forces are not finite there, or the duration has more than ``most`` of these steps.
+            If forces are not finite there, or the duration has more than ``most`` such steps.
         """
         n = self.model.n_inputs
         curvature, cant = self.drive(np.zeros(1), 0.0)[0][0, n + 1 : n + 3]
@@ -327,7 +327,7 @@ class _Run:
 
 
 def natural_step(model: Model, state: Array, *, speed: float, curvature: float, cant: float) -> float:
-    """Return the RK4 time step (s) that the fastest mode about a state asks for.
+    """Return the RK4 time step (s) that the fastest mode about a state requires.
 
     Raises
     ------
@@ -344,7 +344,7 @@ def natural_step(model: Model, state: Array, *, speed: float, curvature: float, 
 
 
 def _runge_kutta(run: _Run, start: Array, times: Array, step: float | None) -> Array:
-    """Return the states at the times up to which the kernel's RK4 gets."""
+    """Return the states at the times that the kernel's RK4 reaches."""
     if step is None:
         step = run.natural_step(start)
     else:
@@ -369,7 +369,7 @@ def _runge_kutta(run: _Run, start: Array, times: Array, step: float | None) -> A
 def _driven(
     run: _Run, w: Array, t: Array | None, times: Array, h: float, stride: int
 ) -> Iterator[Array]:
-    """Yield the states after the first, some rows at a time, while they are finite.
+    """Yield the states after the first, in blocks of rows, while they are finite.
 
     ``w`` and ``t`` are the buffers of the kernel, ``stride`` the steps h from one row to the next.
     """
@@ -392,7 +392,7 @@ def _by_scipy(run: _Run, start: Array, times: Array, method: str, rtol: float, a
     model, m = run.model, run.model.n_inputs
     rtol = checks.number("rtol", rtol, low=0.0, open_low=True)
     atol = checks.number("atol", atol, low=0.0, open_low=True)
-    # without these checks solvers do not end: forces may be infinite, or modes too fast to follow
+    # without these checks solvers may not end: forces may be infinite, or modes too fast to follow
     run.natural_step(start, _MOST_STEPS if method in _EXPLICIT else _STIFFEST)
     evaluator = model.evaluator()
     grid = np.linspace(0.0, times[-1], max(2001, 20 * len(times)))
@@ -418,14 +418,14 @@ def _by_scipy(run: _Run, start: Array, times: Array, method: str, rtol: float, a
         return found
 
     implicit: Any = {"jac": jacobian} if method in _IMPLICIT else {}
-    # the solvers divide by zero and underflow on their way, and rely on going on
+    # the solvers divide by zero and underflow on their way, and rely on being allowed to
     with np.errstate(all="ignore"):
         solver = getattr(integrate, method)(f, 0.0, start, times[-1], rtol=rtol, atol=atol, **implicit)
         return _solved(solver, times)
 
 
 def _solved(solver: Any, times: Array) -> Array:
-    """Return the states at the times up to which a solver of SciPy gets."""
+    """Return the states at the times that a solver of SciPy reaches."""
     chunks, done = [solver.y[None, :].copy()], 1
     while solver.status == "running":
         before = solver.t
@@ -433,7 +433,7 @@ def _solved(solver: Any, times: Array) -> Array:
             solver.step()
         except _NotFiniteError:
             break
-        # LSODA reports success without getting on where the motion grows beyond all bounds
+        # LSODA reports success without progress when the motion grows beyond all bounds
         if solver.status == "failed" or solver.t == before or not np.isfinite(solver.y).all():
             break
         reached = int(np.searchsorted(times, solver.t, side="right"))

@@ -1,8 +1,8 @@
 """Characteristics given as tables: a cubic on each cell of a uniform grid, linear beyond its ends.
 
-What a kernel reads of a table is one row of numbers (:meth:`Table.packed`), cell after cell, each with
-the constants of all columns, then the factors of t, and so on; and among its parameters where the table
-and its grid start, how fine the grid is, and its last cell (:func:`names_of`).
+A kernel reads a table as one row of numbers (:meth:`Table.packed`), cell after cell, each with the
+constants of all columns, then the factors of t, and so on. Its parameters give the starts of the table
+and of its grid, the grid's fineness, and its last cell (:func:`names_of`).
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from railenv.errors import ParameterError
 Array = NDArray[np.float64]
 
 WIDE = 4
-"""Columns in the cells of a table of several; what it lacks is filled up with zeros."""
+"""Columns in the cells of a table of several; missing ones are filled with zeros."""
 
 ALIGNED = 4 * WIDE
-"""Numbers in the widest cell: where tables start is a multiple of it."""
+"""Numbers in the widest cell: tables start at multiples of it."""
 
 _MOST_EXACT = 256
-"""Cells of the largest grid on which points are looked for."""
+"""Cells of the largest grid tried for the points."""
 
 _ON_GRID = 1e-6  # of a cell
 _CELLS_PER_POINT = 4
@@ -40,7 +40,7 @@ _MOST_CELLS = 100_000
 class Table:
     """Smooth characteristics y(x), exact in value and derivatives; one, or several as columns.
 
-    Make one by :meth:`through` (measured points, monotone between them) or :meth:`spline` (samples of
+    Make one with :meth:`through` (measured points, monotone between them) or :meth:`spline` (samples of
     smooth functions).
 
     Attributes
@@ -48,11 +48,11 @@ class Table:
     x : ndarray, shape (cells + 1,)
         Uniform grid.
     coefficients : ndarray, shape (cells, 4 * columns)
-        Of 1, t, t^2, t^3 in each cell, t from 0 to 1, column after column.
+        Coefficients of 1, t, t^2, t^3 in each cell, t from 0 to 1, column after column.
     points : tuple of two tuples of float
-        What it was made from, for files; empty where it was made from samples.
+        Points from which it was made, for files; empty if it was made from samples.
     level : tuple of int
-        Columns that keep their value beyond the ends: slopes of columns that go on straight.
+        Columns that are constant beyond the ends: slopes of columns that go on straight.
     """
 
     x: Array
@@ -66,7 +66,7 @@ class Table:
 
         The corners are rounded within a quarter of the distance of the two closest points, so that the
         slope is continuous and the table rises where the points do (Fritsch and Butland); where the
-        points do not move, such as within the clearance of a stop, it does not either.
+        points are constant, such as within the clearance of a stop, so is the table.
 
         Parameters
         ----------
@@ -119,7 +119,7 @@ class Table:
         return cls(px, np.concatenate(parts, axis=1))
 
     def with_slope(self, column: int) -> Table:
-        """Return the table with the exact slope of a column behind that column, beyond its ends too."""
+        """Return the table with the exact slope of a column after that column, also beyond its ends."""
         parts = self.coefficients.reshape(len(self.coefficients), -1, 4)
         per = 1.0 / np.diff(self.x)[:, None]
         slope = np.zeros_like(parts[:, column])
@@ -131,7 +131,7 @@ class Table:
         )
 
     def __call__(self, x: Any, order: int = 0, column: int = 0) -> Any:
-        """Return value or derivative at a float, or a complex number whose real part says where."""
+        """Return value or derivative at a float, or at a complex number (by its real part)."""
         low, high = self.x[0], self.x[-1]
         real = x.real if isinstance(x, complex) else x
         inside = bool(low <= real <= high)
@@ -167,10 +167,9 @@ class Table:
         return self._hash
 
     def packed(self) -> Array:
-        """Return what a kernel reads, a vector.
+        """Return the table as a vector for kernels.
 
-        Before the first and behind the last cell there is a straight one, in which what lies beyond
-        the grid is looked up.
+        There is a straight cell before the first and one after the last, for places beyond the grid.
         """
         inner = self.coefficients.reshape(len(self.coefficients), -1, 4)
         before, behind = np.zeros_like(inner[:1]), np.zeros_like(inner[:1])
@@ -186,10 +185,10 @@ class Table:
 
     @property
     def grid(self) -> tuple[float, float, float]:
-        """Where the cells that a kernel reads start, how many there are per unit of x, the last one.
+        """Start of the cells that a kernel reads, number of cells per unit of x, and the last one.
 
-        A kernel looks no further than the third number. It is a quarter into the last cell, since on
-        the border a kernel may take the cell before, whose cubic must not go on beyond its end.
+        A kernel looks no further than the third number. It is a quarter into the last cell, because on
+        the border a kernel may take the cell before, whose cubic must not extend beyond its end.
         """
         cells = len(self.coefficients)
         width = float(self.x[-1] - self.x[0]) / cells
@@ -211,20 +210,20 @@ class Table:
 
 
 def width(columns: int) -> int:
-    """Return how many columns the cells of a table have in kernels: one, or four looked up at once."""
+    """Return the number of columns in a table's cells in kernels: one, or four read at once."""
     return 1 if columns == 1 else WIDE
 
 
 def names_of(table: str) -> tuple[str, str, str, str]:
-    """Names of the parameters of kernels that say where a table is, and what its grid is."""
+    """Return the names of the kernel parameters for the place of a table and its grid."""
     return table, f"{table}__first", f"{table}__per", f"{table}__last"
 
 
 def pack(tables: Sequence[Mapping[str, Table]]) -> tuple[Array | None, list[list[float]]]:
     """Return all distinct tables in one vector, and for each system the numbers of :func:`names_of`.
 
-    Without tables there is no vector: None costs a call of a kernel less than an array. Tables start at
-    multiples of :data:`ALIGNED`, so that float32 tells where a cell is, however many there are.
+    Without tables there is no vector: a kernel call is cheaper with None than with an array. Tables
+    start at multiples of :data:`ALIGNED`, so that float32 can locate a cell, however many there are.
 
     Parameters
     ----------
@@ -251,12 +250,12 @@ def characteristic(
 ) -> tuple[Array, Array, int]:
     """Return the points of a characteristic and the cells of its grid, without its curve.
 
-    Parameters as those of :meth:`Table.through`; the points of an odd one come with their mirror image.
+    Parameters are those of :meth:`Table.through`; points of an odd one include their mirror image.
 
     Raises
     ------
     ParameterError
-        If they are no points of a characteristic.
+        If they are not points of a characteristic.
     """
     px, py = _points(name, x, y)
     if odd:
@@ -272,10 +271,10 @@ def characteristic(
 
 
 def _cells_of(x: Array, name: str) -> int:
-    """Return how many cells the grid has: all points lie on it, unless that takes too many.
+    """Return the number of cells of the grid: all points lie on it, unless that takes too many.
 
-    On such a grid the table goes through every point; on another one it rounds off what happens within
-    a cell.
+    On such a grid the table goes through every point; on another one it rounds off details within a
+    cell.
     """
     place = (x - x[0]) / (x[-1] - x[0])
     for cells in range(len(x) - 1, _MOST_EXACT + 1):
@@ -297,7 +296,7 @@ def _points(name: str, x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
     px = checks.numbers(f"x of {name}", x, least=2)
     py = checks.numbers(f"y of {name}", y, least=2)
     if px.shape != py.shape:
-        raise ParameterError(f"{name} has {len(px)} x and {len(py)} y; they must be as many")
+        raise ParameterError(f"{name} has {len(px)} x and {len(py)} y; they must be equal in number")
     if not (np.isfinite(px).all() and np.isfinite(py).all()):
         raise ParameterError(f"{name} has points that are not finite")
     if not (np.diff(px) > 0.0).all():
@@ -306,7 +305,7 @@ def _points(name: str, x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
 
 
 def _hermite(x: Array, y: Array, slopes: Array) -> Array:
-    """Coefficients of the cubics with given values and slopes at the ends of cells."""
+    """Return the coefficients of cubics with given values and slopes at the ends of cells."""
     h = np.diff(x)
     y0, y1, m0, m1 = y[:-1], y[1:], slopes[:-1] * h, slopes[1:] * h
     return np.stack([y0, m0, 3 * (y1 - y0) - 2 * m0 - m1, 2 * (y0 - y1) + m0 + m1], axis=1)

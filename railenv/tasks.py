@@ -1,7 +1,7 @@
-"""The registered tasks: what is asked of a controller, from plain to hard, each under an id of its own.
+"""The registered tasks for controllers, from plain to hard, each under its own id.
 
-A task is one of the environments with keywords that stay. It is kept only where a controller that knows
-more than a constant gain is clearly better than the best constant gain (docs/environments/tasks.md).
+A task is an environment with fixed keywords. It is kept only if a controller that does more than apply
+a constant gain is clearly better than the best constant gain (docs/environments/tasks.md).
 """
 
 from __future__ import annotations
@@ -31,15 +31,15 @@ class Task:
     Attributes
     ----------
     id : str
-        For ``gymnasium.make``.
+        Id for ``gymnasium.make``.
     environment : str
-        Name of the environment that it is one of: ``"Bogie"``, ``"DualWheelset"`` or ``"Coach"``.
+        Name of its environment: ``"Bogie"``, ``"DualWheelset"`` or ``"Coach"``.
     asks : str
-        What is asked, in a sentence.
+        The task in a sentence.
     reward_threshold : float
-        Mean return from which it counts as solved: more than the best constant gain earns.
+        Mean return at which it counts as solved: more than the best constant gain earns.
     keywords : mapping
-        Of the environment, as plain values.
+        Keywords of the environment, as plain values.
     """
 
     id: str
@@ -81,29 +81,29 @@ TASKS: tuple[Task, ...] = (
     Task(
         "railenv/BogieWearGiven-v1",
         "Bogie",
-        "Wheels from new to worn S1002, and the observation includes the wear.",
+        "Wheels from new to worn S1002, with the wear in the observation.",
         980.0,
         {**_SHORT, **_NEW_TO_WORN, "context": True, "history": 15},
     ),
     Task(
         "railenv/BogieWear-v1",
         "Bogie",
-        "Wheels from new to worn S1002: one law for all, from the readings of this moment.",
+        "Wheels from new to worn S1002: one law for all, from the present readings.",
         978.0,
         {**_SHORT, **_NEW_TO_WORN},
     ),
     Task(
         "railenv/BogieWearHistory-v1",
         "Bogie",
-        "Wheels from new to worn S1002, which 0.4 s of readings may identify.",
+        "Wheels from new to worn S1002, whose wear 0.4 s of readings may reveal.",
         980.0,
         {**_SHORT, **_NEW_TO_WORN, "history": 79},
     ),
     Task(
         "railenv/BogieRough-v1",
         "Bogie",
-        "Fast on a rough line, on wheels of unknown conicity, with commands 25 ms late: a "
-        "constant gain derails.",
+        "Fast on a rough line, on wheels of unknown conicity, with commands 25 ms late: a controller "
+        "that damps by one gain derails.",
         580.0,
         {
             **_SHORT,
@@ -128,7 +128,7 @@ TASKS: tuple[Task, ...] = (
     Task(
         "railenv/BogieWeak-v1",
         "Bogie",
-        "An actuator of only 4 kN m, which must be used well.",
+        "An actuator of 4 kN m, which must not waste its moment.",
         938.0,
         {
             **_SHORT,

@@ -29,10 +29,10 @@ _ERRORS = "railenv.readable"
 
 
 def replace_what_cannot_be_shown() -> None:
-    """Let standard output and error replace characters that their encoding lacks; none fails then."""
+    """Let standard output and error replace characters that their encoding lacks, without failing."""
     codecs.register_error(_ERRORS, _replacement)
     for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):  # what tests and notebooks put in their place has not
+        if hasattr(stream, "reconfigure"):  # replacements by tests and notebooks lack it
             stream.reconfigure(errors=_ERRORS)
 
 
@@ -44,7 +44,7 @@ def _replacement(error: UnicodeError) -> tuple[str, int]:
 
 
 def _plain(character: str, encoding: str) -> str:
-    """Return what stands for a character in an encoding that lacks it."""
+    """Return the replacement of a character in an encoding that lacks it."""
     # α becomes alpha, é becomes e
     name = unicodedata.name(character, "")
     letter = name.removeprefix("GREEK SMALL LETTER ").removeprefix("GREEK CAPITAL LETTER ")

@@ -1,4 +1,4 @@
-"""How many threads the package uses: for kernels, and for linear algebra with small matrices."""
+"""Number of threads of the package: for kernels, and for linear algebra with small matrices."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ _VARIABLE = "RAILENV_NUM_THREADS"
 
 
 def usable_threads() -> int:
-    """Return how many threads kernels may run on.
+    """Return the number of threads that kernels may use.
 
-    ``RAILENV_NUM_THREADS`` says how many. Where it is not set there are as many as the process has
-    processors, or fewer where joblib started the process beside others.
+    ``RAILENV_NUM_THREADS`` sets it. By default it is the number of processors of the process, or fewer
+    if joblib started the process beside others.
 
     Raises
     ------
     ParameterError
-        If ``RAILENV_NUM_THREADS`` is no whole number from 1 to 1024.
+        If ``RAILENV_NUM_THREADS`` is not a whole number from 1 to 1024.
     """
     chosen = os.environ.get(_VARIABLE, "").strip()
     if chosen:
-        # isdecimal alone would take digits of other scripts
+        # isdecimal alone would accept digits of other scripts
         if not (chosen.isascii() and chosen.isdecimal() and 1 <= int(chosen[:9]) <= MOST_THREADS):
             raise ParameterError(
                 f"{_VARIABLE} is {shown(chosen)}; it must be a whole number from 1 to {MOST_THREADS}, "
                 "or not be set"
             )
         return int(chosen)
-    # what joblib tells the libraries of its processes, so that all together use each processor once
+    # joblib's limit for the libraries of its processes, so that together they use each processor once
     share = os.environ.get("NUMBA_NUM_THREADS", "")
     least = int(share) if share.isascii() and share.isdecimal() else 0
     processors = _processors()
@@ -52,8 +52,8 @@ def _processors() -> int:
 def one_blas_thread() -> Iterator[None]:
     """Keep BLAS to one thread within the block.
 
-    The matrices here have some thirty rows. On a machine that does other things too, threads that share
-    so little take three times the processor time of a single one.
+    The matrices here have some thirty rows. On a machine with other work, threads that share so little
+    take three times the processor time of a single one.
     """
     with _controller().limit(limits=1, user_api="blas"):
         yield

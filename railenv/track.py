@@ -118,11 +118,11 @@ class Track:
         return np.interp(np.asarray(distance), self.distance, self.cant)
 
     def curvature_slope_at(self, distance: ArrayLike) -> NDArray[np.float64]:
-        """Return how the curvature changes along the line (1/m^2) at some distances (m)."""
+        """Return the slope of the curvature along the line (1/m^2) at some distances (m)."""
         return self._slope_at(self.curvature, distance)
 
     def cant_slope_at(self, distance: ArrayLike) -> NDArray[np.float64]:
-        """Return how the cant angle changes along the line (rad/m) at some distances (m)."""
+        """Return the slope of the cant angle along the line (rad/m) at some distances (m)."""
         return self._slope_at(self.cant, distance)
 
     def _slope_at(self, values: tuple[float, ...], distance: ArrayLike) -> NDArray[np.float64]:

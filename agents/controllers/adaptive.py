@@ -1,14 +1,14 @@
-"""Control that is scheduled on an online estimate: a bank of LQG controllers, each for one vehicle.
+"""Control scheduled on an online estimate: a bank of LQG controllers, each for one vehicle.
 
-Each Kalman filter of the bank predicts the readings as if the wheels had its own conicity (and
-whatever else its vehicle differs in). The better its predictions, the more likely its vehicle, and the
-more its command counts (multiple-model adaptive control: D. T. Magill, Optimal adaptive estimation of
-sampled stochastic processes, IEEE Transactions on Automatic Control 10, 1965). How rough the line is
-need not be known: errors of prediction are compared with each other.
+Each Kalman filter of the bank predicts the readings as if the wheels had its own conicity (and its
+vehicle's other numbers). The better its predictions, the more likely its vehicle, and the more weight
+its command has (multiple-model adaptive control: D. T. Magill, Optimal adaptive estimation of sampled
+stochastic processes, IEEE Transactions on Automatic Control 10, 1965). The roughness of the line need
+not be known, because errors of prediction are compared with each other.
 
-What can be told apart is what changes the motion: on an irregular line the conicity to within 0.1 in a
-second or two, by the frame's gyro and accelerometer alone. Low creep coefficients look like a lower
-conicity, for both slow hunting down; where nothing moves, nothing is told.
+It can distinguish vehicles that move differently: on an irregular line it finds the conicity to within
+0.1 in a second or two, from the frame's gyro and accelerometer alone. Low creep coefficients look like
+a lower conicity because both slow hunting down; without motion it learns nothing.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ Array = NDArray[np.float64]
 Floats = NDArray[np.floating[Any]]
 
 MEMORY = 2.0
-"""s, over which errors of prediction are forgotten."""
+"""Time (s) over which errors of prediction are forgotten."""
 
 _SMALLEST = 1e-12  # of a sum of squared errors
 _MATRICES = ("A", "B", "C", "D", "E")
@@ -43,12 +43,12 @@ _MATRICES = ("A", "B", "C", "D", "E")
 
 @dataclass(frozen=True)
 class Predictors:
-    """How well the filters of a bank of q predict, at each of k speeds.
+    """The predictors of a bank of q filters at each of k speeds.
 
     Attributes
     ----------
     readings : ndarray, shape (q, k, s, n)
-        Gives the s predicted sensor readings from a filter's n states.
+        Maps a filter's n states to its s predicted sensor readings.
     weights : ndarray, shape (q, k, s, s)
         Inverse covariance of the errors of prediction, as the filter expects them.
     sizes : ndarray, shape (q, k)
@@ -67,7 +67,7 @@ class Predictors:
         disturbances: Disturbances,
         period: float,
     ) -> Self:
-        """Return those of the filters of some vehicles."""
+        """Return the predictors of some vehicles' filters."""
         rows = []
         for vehicle in vehicles:
             noise = np.diag(np.square(sensor_noise(vehicle, disturbances)))
@@ -81,7 +81,7 @@ class Predictors:
         return cls(*(part.reshape(*shape, *part.shape[1:]) for part in parts))
 
     def at(self, place: Array) -> tuple[Array, Array, Array]:
-        """Return what holds at places between the speeds, shapes (q, count, ...)."""
+        """Return the values at places between the speeds, shapes (q, count, ...)."""
         last = self.sizes.shape[1] - 1
         low = np.clip(place.astype(int), 0, max(last - 1, 0))
         high, share = np.minimum(low + 1, last), place - low
@@ -93,20 +93,20 @@ class Predictors:
 
 
 class AdaptiveLQG(Controller):
-    """A bank of scheduled LQG controllers whose commands count as their vehicles are likely.
+    """A bank of scheduled LQG controllers, with commands weighted by the likelihood of their vehicles.
 
-    :meth:`design` makes one. It has no linearisation, for its gains follow what it has seen; its
+    :meth:`design` makes one. It has no linearisation because its gains depend on past readings; its
     critical speeds are measured in the environment.
 
     Attributes
     ----------
     bank : tuple of LQG
     vehicles : tuple of mapping of str to float
-        What the vehicle of each is, as changes of the model.
+        The vehicle of each, as changes of the model.
     memory : float
-        s, over which errors of prediction are forgotten.
+        Time over which errors of prediction are forgotten, s.
     likely : ndarray, shape (count, q)
-        How likely each is after the last observation.
+        Probability of each vehicle after the last observation.
     """
 
     observation: Literal["state", "sensors"] = "sensors"
@@ -144,21 +144,21 @@ class AdaptiveLQG(Controller):
         memory: float = MEMORY,
         period: float = CONTROL_PERIOD,
     ) -> Self:
-        """Design one.
+        """Design an adaptive controller.
 
         Parameters
         ----------
         model : Model
         speeds : sequence of float
-            Between which each LQG is scheduled, m/s.
+            Speeds over which each LQG is scheduled, m/s.
         vehicles : sequence of mapping of str to float
             Changes of the model, such as ``[{"conicity": 0.05}, {"conicity": 0.4}]``; all of the same
             numbers.
         weights : design.Weights, optional
         disturbances : design.Disturbances, optional
-            Their relative sizes count: what line, actuators and sensors add.
+            Disturbances by line, actuators and sensors; their relative sizes count.
         memory : float
-            s, over which errors of prediction are forgotten.
+            Time over which errors of prediction are forgotten, s.
         period : float
             Control period, s.
 
@@ -199,7 +199,7 @@ class AdaptiveLQG(Controller):
         self.likely = np.full((rows, len(self.bank)), 1.0 / len(self.bank))
 
     def estimate(self, name: str) -> Array:
-        """Return the expected value of a number of each vehicle, such as its conicity, shape (count,).
+        """Return the expected value of a vehicle's number, such as its conicity, shape (count,).
 
         Raises
         ------
@@ -221,7 +221,7 @@ class AdaptiveLQG(Controller):
         return np.asarray(shares[0] if self._single else shares)
 
     def _judge(self, y: Array) -> None:
-        """Compare what the filters predicted with what is read, and say how likely each is."""
+        """Compare the filters' predictions with the readings, and update the likelihood of each."""
         keep = math.exp(-self.period / self.memory)
         speeds = self.bank[0].law.speeds
         place = np.interp(y[:, self._speed], speeds, np.arange(len(speeds), dtype=float))
@@ -243,7 +243,7 @@ class AdaptiveLQG(Controller):
         write(path, self.to_file())
 
     def to_file(self) -> ControllerFile:
-        """Return what its file holds."""
+        """Return the content of its file."""
         laws = [controller.law for controller in self.bank]
         first = self.bank[0]
         header = {
@@ -266,7 +266,7 @@ class AdaptiveLQG(Controller):
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Self:
-        """Read one from its file.
+        """Read an adaptive controller from its file.
 
         Raises
         ------
@@ -277,7 +277,7 @@ class AdaptiveLQG(Controller):
 
     @classmethod
     def from_file(cls, content: ControllerFile) -> Self:
-        """Return the controller that a file holds."""
+        """Return the controller in a file."""
         h = content.header
         own = content.arrays_named(*_MATRICES, "speeds", "sensors", "predicted", "weights", "sizes")
         count = len(h["vehicles"])

@@ -1,7 +1,7 @@
-"""What a controller is: it is started, reads observations and gives actions.
+"""The interface of controllers: they are reset, read observations and return actions.
 
-The observations and actions are those of the environments. A controller of one's own is a class with
-two methods, ``reset`` and ``act``; everything that the package ships can also be linearised (it is a
+The observations and actions are those of the environments. A controller of your own is a class with two
+methods, ``reset`` and ``act``; all controllers of the package can also be linearised (they are
 :class:`design.Feedback`), saved and loaded.
 """
 
@@ -25,7 +25,7 @@ Floats = NDArray[np.floating[Any]]
 
 
 class Controller(ABC):
-    """A controller of a vehicle's actuators, one for one vehicle or for many side by side.
+    """A controller of a vehicle's actuators, for one vehicle or for many side by side.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Controller(ABC):
         Parameters
         ----------
         observation : ndarray, shape (m,) or (count, m)
-            As the environment gives it.
+            Observation of the environment.
 
         Returns
         -------
@@ -56,7 +56,7 @@ class Controller(ABC):
 
     @property
     def name(self) -> str:
-        """What to call it in tables and plots."""
+        """Name of the controller in tables and plots."""
         return type(self).__name__
 
     def save(self, path: str | PathLike[str]) -> None:
@@ -65,13 +65,13 @@ class Controller(ABC):
         Raises
         ------
         ParameterError
-            If its class does not say how.
+            If its class has no file format.
         """
         raise ParameterError(f"{type(self).__name__} does not say how it is saved")
 
 
 def check_labels(readings: Sequence[Reading], commands: Sequence[str]) -> None:
-    """Raise ParameterError unless readings and commands are what a controller can have."""
+    """Raise ParameterError unless a controller can have these readings and commands."""
     for reading in readings:
         texts = (reading.name, reading.unit, reading.signal)
         if not all(isinstance(text, str) for text in texts):
@@ -89,14 +89,14 @@ def observation_rows(observation: Any, count: int | None, width: int) -> Array:
     ----------
     observation : array_like, shape (width,) or (count, width)
     count : int or None
-        Vehicles side by side that the controller was reset for; None for one.
+        Number of vehicles side by side at the controller's reset; None for one.
     width : int
         Entries of an observation.
 
     Raises
     ------
     ParameterError
-        If it has another shape, or an entry is not finite.
+        If it has the wrong shape, or an entry is not finite.
     """
     expected = (width,) if count is None else (count, width)
     try:
@@ -119,13 +119,13 @@ def observation_rows(observation: Any, count: int | None, width: int) -> Array:
 def equipped(model: Model) -> Equipped:
     """Return a vehicle with actuators and sensors: its own, or the default ones.
 
-    Those are yaw actuators between frames and what is above them, or between wheelsets and what holds
-    them where no frame moves.
+    The default ones are yaw actuators between frames and the body above them, or between wheelsets and
+    the body that holds them if no frame moves.
 
     Raises
     ------
     ParameterError
-        If the model can carry none, or has no actuators.
+        If the model cannot carry actuators, or has none.
     """
     if not isinstance(model, Model):
         raise ParameterError(f"model is {shown(model)}; it must be a railenv.Model")
@@ -140,9 +140,9 @@ def equipped(model: Model) -> Equipped:
 
 
 def sensed_bodies(model: Equipped, what: str) -> list[str]:
-    """Return for each yaw actuator the body whose sensors tell what it damps.
+    """Return for each yaw actuator the body whose sensors measure the motion that it damps.
 
-    That is the first of the bodies that it acts on, else the second, else the only one with sensors.
+    That is the first of the bodies on which it acts, else the second, else the only one with sensors.
 
     Raises
     ------
@@ -164,18 +164,18 @@ def sensed_bodies(model: Equipped, what: str) -> list[str]:
 
 
 def check_limits(commands: Sequence[str], limit: Any) -> float | tuple[float, ...]:
-    """Return the limits of some commands: one number where they are alike.
+    """Return the limits of some commands: one number if they are equal.
 
     Parameters
     ----------
     commands : sequence of str
     limit : float or sequence of float
-        Of all commands, or of each; N m (N of a lateral actuator).
+        Limit of all commands, or of each; N m (N for a lateral actuator).
 
     Raises
     ------
     ParameterError
-        If a limit is not a positive number, or their number is another.
+        If a limit is not a positive number, or the number of limits is wrong.
     """
     if not isinstance(limit, (list, tuple, np.ndarray)):
         return checks.number("limit", limit, low=0.0, open_low=True, unit="N m")

@@ -16,7 +16,7 @@ from railenv.errors import ParameterError
 from railenv.files import npz, read_arrays, write_whole
 
 SCHEMA = "railenv controller 1"
-"""Marks the files, with the version of their layout."""
+"""Mark of the files, with the version of their layout."""
 
 _HEADER = "header"
 
@@ -66,14 +66,14 @@ def read(path: str | PathLike[str], kind: str | None = None) -> ControllerFile:
     ----------
     path : path
     kind : str, optional
-        The class it has to be of.
+        Class that it must hold.
 
     Raises
     ------
     ParameterError
-        If it is no such file, is damaged, or holds another kind.
+        If it is not such a file, is damaged, or holds another kind.
     FileNotFoundError
-        If there is none.
+        If it does not exist.
     """
     try:
         arrays = read_arrays(path)
@@ -91,11 +91,11 @@ def read(path: str | PathLike[str], kind: str | None = None) -> ControllerFile:
 
 
 class Restorable(Protocol):
-    """A controller that a file can hold."""
+    """A controller that can be stored in a file."""
 
     @classmethod
     def from_file(cls, content: ControllerFile) -> Self:
-        """Return the controller that a file holds."""
+        """Return the controller in a file."""
 
 
 R = TypeVar("R", bound=Restorable)
@@ -107,7 +107,7 @@ def restored(content: ControllerFile, kinds: Sequence[type[R]], where: str) -> R
     Raises
     ------
     ParameterError
-        If its kind is none of ``kinds``, or its header is damaged.
+        If its kind is not one of ``kinds``, or its header is damaged.
     """
     known = {kind.__name__: kind for kind in kinds}
     checks.known(f"kind of controller in {where}", [content.kind], list(known))

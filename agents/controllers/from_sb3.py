@@ -87,7 +87,7 @@ def _fleet(env: Any) -> Fleet:
 
 
 def _read(path: str | PathLike[str]) -> BaseAlgorithm:
-    """Read a model; its file does not name its algorithm, but what it keeps tells it."""
+    """Read a model; its file does not name its algorithm, but its content identifies it."""
     try:
         data, _, _ = load_from_zip_file(Path(path), device="cpu", load_data=True)
     except (ValueError, zipfile.BadZipFile) as e:

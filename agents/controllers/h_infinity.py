@@ -1,4 +1,4 @@
-"""H-infinity control: the loop's largest gain, over all frequencies, is kept below a bound."""
+"""H-infinity control: the loop's largest gain over all frequencies is kept below a bound."""
 
 from __future__ import annotations
 
@@ -28,22 +28,21 @@ from design.linear.regulator import Disturbances, Weights
 from railenv import Model
 
 ACCELEROMETER, GYRO = 0.11, 2.8e-4
-"""m/s^2 and rad/s, noise of the readings that a design reckons with."""
+"""Noise of the readings (m/s^2 and rad/s) that a design assumes."""
 
 WEIGHTS = Weights(yaw=2.1e-3, moment=36.0)
-"""A moment is cheap: what limits it are delay, noise and forces that the model does not foresee."""
+"""A moment is cheap: it is limited by delay, noise and forces that the model does not foresee."""
 
 DISTURBANCES = Disturbances(alignment=4e-5, moment=0.48, accelerometer=ACCELEROMETER, gyro=GYRO)
-"""Above all moments beside the command; relative sizes count."""
+"""Above all, moments added to the command; relative sizes count."""
 
 
 class HInfinity(ScheduledController):
     """H-infinity controller of the sampled lateral model, fixed or scheduled over speed.
 
-    Its states estimate the vehicle's, and know the moment that was applied after its limit. It takes
-    out of the accelerometer what the known cant deficiency puts in, and feeds back nothing steady.
-    Wheels and rails other than the model's act as forces that enter anywhere they can act
-    (:func:`design.h_infinity`).
+    Its states estimate the vehicle's, from the moment applied after its limit. It subtracts the effect
+    of the known cant deficiency from the accelerometer, and feeds back nothing steady. Wheels and rails
+    other than the model's act as forces wherever they can enter (:func:`design.h_infinity`).
     """
 
     @classmethod
@@ -61,7 +60,7 @@ class HInfinity(ScheduledController):
         slack: float = SLACK,
         period: float = CONTROL_PERIOD,
     ) -> Self:
-        """Design one at a speed (m/s), or at several speeds to be scheduled over.
+        """Design a controller at a speed (m/s), or at several speeds over which it is scheduled.
 
         Parameters
         ----------
@@ -71,23 +70,23 @@ class HInfinity(ScheduledController):
         weights : design.Weights, optional
             Sizes of motion and commands that count the same.
         disturbances : design.Disturbances, optional
-            What enters; drifts must not be zero.
+            Disturbances that enter; drifts must not be zero.
         ranges : mapping of str to (float, float), optional
-            Of numbers of the model, over which forces change that it does not foresee; conicity (or
+            Ranges of numbers of the model, which change forces that it does not foresee; conicity (or
             wear) and creep coefficients in service when left out.
         motion : float
             Size of the motion to which these forces belong, m and rad.
         roll_off : float
-            Hz, from which on commands weigh more, in proportion to frequency.
+            Frequency above which commands weigh more, in proportion to frequency, Hz.
         slack : float
-            Bound on the loop's largest gain, as a multiple of the smallest that can be kept.
+            Bound on the loop's largest gain, as a multiple of the smallest achievable one.
         period : float
             Control period, s.
 
         Raises
         ------
         ParameterError
-            If a value is not allowed, or no controller is found that keeps the loop below a bound.
+            If a value is not allowed, or no controller keeps the loop below a bound.
         """
         vehicle = equipped(model)
         given = ranges_of_service(vehicle) if ranges is None else ranges
@@ -115,12 +114,12 @@ class HInfinity(ScheduledController):
         roll_off: float = ROLL_OFF,
         slack: float = SLACK,
     ) -> Self:
-        """Design one on models that are there already, one for each speed.
+        """Design a controller on existing models, one for each speed.
 
         Parameters
         ----------
         models : sequence of UncertainModel
-            See :func:`design.uncertain_model`; of one vehicle, at increasing speeds.
+            Models of one vehicle at increasing speeds; see :func:`design.uncertain_model`.
         weights, disturbances, motion, roll_off, slack
             As in :meth:`design`.
         """

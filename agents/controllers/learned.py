@@ -34,11 +34,11 @@ _NEWTON_STEPS = 50
 
 @dataclass(frozen=True)
 class Settled:
-    """A policy that has seen the same observation for ever."""
+    """A policy at rest under a constant observation."""
 
     shares: Array
     features: Array
-    free: NDArray[np.bool_]  # commands that no limit holds
+    free: NDArray[np.bool_]  # commands that are not at a limit
 
 
 @dataclass(eq=False)
@@ -69,7 +69,7 @@ class LearnedPolicy(Controller):
     period : float
         Control period, s.
     about : dict
-        How it was trained: plain numbers, strings and lists, kept in its file.
+        Record of its training: plain numbers, strings and lists, kept in its file.
     """
 
     network: Network
@@ -147,7 +147,7 @@ class LearnedPolicy(Controller):
 
     @property
     def input_labels(self) -> list[str]:
-        """Signals that it reads, under their names in :mod:`design.loop.feedback`."""
+        """Signals that it reads, by their names in :mod:`design.loop.feedback`."""
         return [reading.signal for reading in self.readings]
 
     @property
@@ -156,7 +156,7 @@ class LearnedPolicy(Controller):
         return list(self.commands)
 
     def steady(self, signals: Array) -> Array:
-        """Return the moments (N m) that it settles at when the signals never change.
+        """Return the moments (N m) at which it settles under constant signals.
 
         Raises
         ------
@@ -166,11 +166,11 @@ class LearnedPolicy(Controller):
         return self._settle(signals).shares * self.limits
 
     def linearize(self, signals: Array) -> control.StateSpace:
-        """Return its exact linearisation, in discrete time, about being settled at some signals.
+        """Return its exact linearisation, in discrete time, about rest at some signals.
 
-        States are past observations of what moves, filters, past commands and the base controller's.
-        Past observations of running conditions are those of now. Where a command is at its limit, it
-        does not answer.
+        States are past observations of the motion, filters, past commands and the base controller's.
+        Past observations of running conditions equal the present ones. A command at its limit does not
+        respond.
         """
         linear = self._memory.linear(signals)
         settled = self._settle(signals)
@@ -210,12 +210,12 @@ class LearnedPolicy(Controller):
         )
 
     def _scaled(self, signals: Array) -> tuple[Array, Array]:
-        """Return signals in the units of the observation, and where its bound does not hold them."""
+        """Return signals in the units of the observation, and which of them are within its bound."""
         y = (np.asarray(signals, dtype=float) - self._rests) / self._scales
         return np.clip(y, -BOUND, BOUND), (np.abs(y) < BOUND).astype(float)
 
     def _demand_rows(self, features: int) -> slice:
-        """Rows of the features in which the base's demand stands."""
+        """Return the rows of the features with the base's demand."""
         return slice(features - len(self.commands) if self.base is not None else features, features)
 
     def _gain(self, y: Array, settled: Settled) -> Array:
@@ -229,7 +229,7 @@ class LearnedPolicy(Controller):
         return np.concatenate([np.tile(y, self.memory.history + 1), features])
 
     def _settle(self, signals: Array) -> Settled:
-        """Solve for the command that reproduces itself, by Newton's method from no command."""
+        """Solve for the command that reproduces itself, by Newton's method from zero."""
         y, _ = self._scaled(signals)
         linear = self._memory.linear(signals)
         inner = np.eye(len(linear.Gs)) - linear.Gs
@@ -262,7 +262,7 @@ class LearnedPolicy(Controller):
         write(path, self.to_file())
 
     def to_file(self) -> ControllerFile:
-        """Return what its file holds."""
+        """Return the content of its file."""
         header: dict[str, Any] = {
             "readings": [list(reading) for reading in self.readings],
             "commands": list(self.commands),
@@ -283,7 +283,7 @@ class LearnedPolicy(Controller):
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Self:
-        """Read one from its file.
+        """Read a policy from its file.
 
         Raises
         ------
@@ -294,12 +294,12 @@ class LearnedPolicy(Controller):
 
     @classmethod
     def from_file(cls, content: ControllerFile) -> Self:
-        """Return the policy that a file holds.
+        """Return the policy in a file.
 
         Raises
         ------
         ParameterError
-            If something is missing in it, or does not fit together.
+            If something in it is missing or inconsistent.
         """
         h = content.header
         try:
@@ -328,9 +328,9 @@ class LearnedPolicy(Controller):
         *,
         about: dict[str, Any] | None = None,
     ) -> Self:
-        """Return the policy of a Stable-Baselines3 model, with the normalisation that it learned under.
+        """Return the policy of a Stable-Baselines3 model, with the normalisation of its training.
 
-        Stable-Baselines3's own files are pickles, which run code when they are read. Open only those
+        Stable-Baselines3's own files are pickles, which run code when they are read. Open only files
         that you trust, and keep what this returns: :meth:`save` writes plain numbers.
 
         Parameters
@@ -340,7 +340,7 @@ class LearnedPolicy(Controller):
         vecnormalize : path, VecNormalize or None
             Its normalisation, or the file that its ``save`` wrote; None if there was none.
         env : HuntingVecEnv, MemoryVecEnv or railenv environment
-            One made with the settings that it was trained with: it tells readings, history and limits.
+            An environment with the settings of its training, for readings, history and limits.
         about : dict, optional
 
         Raises

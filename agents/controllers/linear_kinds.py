@@ -1,4 +1,4 @@
-"""The kinds of linear controllers: what a file can hold, and what can stand below a learned policy."""
+"""The kinds of linear controllers, which files can hold and learned policies can have as a base."""
 
 from __future__ import annotations
 

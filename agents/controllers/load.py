@@ -11,7 +11,7 @@ from agents.controllers.linear_kinds import LINEAR
 from agents.controllers.scheduled import ScheduledController
 
 Loaded = ScheduledController | LearnedPolicy | AdaptiveLQG
-"""What files hold."""
+"""Controllers that files hold."""
 
 _KINDS: list[type[ScheduledController] | type[LearnedPolicy] | type[AdaptiveLQG]] = sorted(
     (*LINEAR, LearnedPolicy, AdaptiveLQG), key=lambda kind: kind.__name__
@@ -24,9 +24,9 @@ def load(path: str | PathLike[str]) -> Loaded:
     Raises
     ------
     ParameterError
-        If it is no such file, is damaged, or holds a kind of controller that is not known.
+        If it is not such a file, is damaged, or holds an unknown kind of controller.
     FileNotFoundError
-        If there is none.
+        If it does not exist.
     """
     return controller_of(read(path), str(path))
 

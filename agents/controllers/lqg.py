@@ -27,8 +27,8 @@ Array = NDArray[np.float64]
 class LQG(ScheduledController):
     """Regulator and Kalman filter of the same lateral model, fixed or scheduled over speed.
 
-    The filter knows the moment that was applied after its limit, takes out of the accelerometer what
-    the known cant deficiency puts in, and estimates offsets of the readings.
+    The filter uses the moment applied after its limit, subtracts the effect of the known cant
+    deficiency from the accelerometer, and estimates offsets of the readings.
     """
 
     @classmethod
@@ -42,7 +42,7 @@ class LQG(ScheduledController):
         disturbances: Disturbances | None = None,
         period: float = CONTROL_PERIOD,
     ) -> Self:
-        """Design one at a speed (m/s), or at several speeds to be scheduled over.
+        """Design a controller at a speed (m/s), or at several speeds over which it is scheduled.
 
         Parameters
         ----------
@@ -81,7 +81,7 @@ class LQG(ScheduledController):
 
 
 def _law(o: Observer, K: Array, pick: Array) -> dict[str, Array]:
-    """Return a regulator and a filter as one law; ``pick`` takes the sensors from what is read."""
+    """Return a regulator and a filter as one law; ``pick`` selects the sensors from the readings."""
     corrected = np.eye(len(o.A)) - o.M @ o.C
     return {
         "A": o.A @ corrected,

@@ -1,4 +1,4 @@
-"""Linear-quadratic regulator from the full state: what could be done if everything were measured."""
+"""Linear-quadratic regulator from the full state: the limit if everything were measured."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 class LQR(ScheduledController):
     """Feedback of all lateral states, actuators and commands on their way, fixed or scheduled.
 
-    It acts on deviations from the running equilibrium of the vehicle that it was designed for, which
+    It acts on deviations from the running equilibrium of the vehicle for which it was designed, which
     is taken as linear in curvature and cant (exact on wide curves, before the flange is touched).
     """
 
@@ -35,7 +35,7 @@ class LQR(ScheduledController):
         weights: Weights | None = None,
         period: float = CONTROL_PERIOD,
     ) -> Self:
-        """Design one at a speed (m/s), or at several speeds to be scheduled over.
+        """Design a controller at a speed (m/s), or at several speeds over which it is scheduled.
 
         Parameters
         ----------
@@ -65,7 +65,7 @@ class LQR(ScheduledController):
 
 
 def _curve_shift(model: Equipped, speed: float, labels: Sequence[str]) -> dict[str, Array]:
-    """Return what cant deficiency and cant (per rad) do to the equilibrium of some states."""
+    """Return the effect of cant deficiency and cant (per rad) on the equilibrium of some states."""
     state = find_equilibrium(model.plant, speed=speed).state
     A, _ = model.plant.jacobian(state, speed=speed)
     conditions = model.plant.condition_jacobian(state, speed=speed)

@@ -1,8 +1,8 @@
-"""What a learned policy reads beside the observation: filtered signals, past commands, a base's demand.
+"""Features of a learned policy beside the observation: filters, past commands, a base's demand.
 
-Accelerometers and gyros tell little at one instant. Readings and commands, each passed through some
-first-order low-pass filters, tell as much as an observer: any linear controller whose poles are those
-corners is a static law of them. The same class serves training and the finished policy.
+Accelerometers and gyros show little at one instant. Readings and commands, each passed through some
+first-order low-pass filters, carry as much information as an observer: any linear controller whose
+poles are those corners is a static law of them. Training and the finished policy use the same class.
 """
 
 from __future__ import annotations
@@ -27,24 +27,24 @@ BY_SPEED = " by speed"
 """End of the names of features that are multiplied by the speed."""
 
 _FILTERED = ("accelerometer_", "gyro_")
-_EVEN = ("z_", "dz_", "speed")  # what the mirror image of a motion leaves as it is
+_EVEN = ("z_", "dz_", "speed")  # unchanged in the mirror image of a motion
 
 
 @dataclass(frozen=True)
 class MemorySettings:
-    """What is remembered.
+    """The memory of a policy.
 
     Attributes
     ----------
     history : int
-        Number of past observations stacked below the present one, as the environments' keyword.
+        Number of past observations stacked below the present one, as in the environments' keyword.
     corners : tuple of float
-        Hz, corner frequencies of the low-pass filters of every accelerometer, gyro and command.
+        Corner frequencies of the low-pass filters of every accelerometer, gyro and command, Hz.
     past_commands : int
         Number of latest commands.
     schedule : (float, float), optional
-        m/s. Every filtered reading, filter and command times the speed, which goes from -1 to 1 between
-        these two, is one more feature: what is linear in them all has gains that are linear in speed.
+        Two speeds, m/s. Every filtered reading, filter and command times the speed, scaled to -1 to 1
+        between these two, is one more feature, so that a linear law of all has gains linear in speed.
     """
 
     history: int = 0
@@ -79,7 +79,7 @@ def _schedule(given: Sequence[float]) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class LinearMemory:
-    """A memory about any motion: features = Fs s + Fy y, next state = Gs s + Gy y + Gu u.
+    """A linear memory about any motion: features = Fs s + Fy y, next state = Gs s + Gy y + Gu u.
 
     y is the observation in the units of the environment, u the command as a share of the limit.
     """
@@ -92,12 +92,12 @@ class LinearMemory:
 
 
 class Memory:
-    """Filters, past commands and base controller of some vehicles side by side.
+    """Filters, past commands and base controllers of vehicles side by side.
 
     Parameters
     ----------
     settings : MemorySettings
-        Its ``history`` is left to the environment or the policy.
+        Settings; ``history`` is left to the environment or the policy.
     readings : sequence of Reading
         Entries of an observation without history.
     commands : sequence of str
@@ -105,7 +105,7 @@ class Memory:
     period : float
         Control period, s.
     base : ScheduledController, optional
-        Controller whose command the policy's is added to; its demand is a feature.
+        Controller to whose command the policy's is added; its demand is a feature.
 
     Raises
     ------
@@ -179,10 +179,10 @@ class Memory:
             self.base.reset_rows(rows)
 
     def features(self, observation: NDArray[np.floating]) -> Array:
-        """Return the features that go with an observation, shape (count, n_features).
+        """Return the features for an observation, shape (count, n_features).
 
-        Filters start settled at the first observation. ``demand`` is then what the base asks for, as
-        shares of the limit. Nothing moves on before :meth:`advance`.
+        Filters start settled at the first observation. ``demand`` is then the demand of the base, as
+        shares of the limit. No state changes before :meth:`advance`.
         """
         y = np.asarray(observation, dtype=float)
         self._seen = y[:, self.filtered]
@@ -199,7 +199,7 @@ class Memory:
         return np.concatenate([part.reshape(len(y), -1) for part in parts], axis=1)
 
     def _share(self, speeds: Array) -> Array:
-        """Return where speeds (m/s) lie between those of the schedule, from -1 to 1."""
+        """Return speeds (m/s) scaled to -1 to 1 between those of the schedule."""
         assert self.settings.schedule is not None
         low, high = self.settings.schedule
         return np.asarray(np.clip((2.0 * speeds - low - high) / (high - low), -1.0, 1.0))

@@ -1,4 +1,4 @@
-"""Small neural networks in plain NumPy, with their exact Jacobian; what a learned policy computes."""
+"""Small neural networks in plain NumPy, with their exact Jacobian, for learned policies."""
 
 from __future__ import annotations
 
@@ -76,25 +76,25 @@ class Normalization:
 
 @dataclass(frozen=True, eq=False)
 class Network:
-    """Layers of a feed-forward network, odd under the track's mirror symmetry if asked for.
+    """Layers of a feed-forward network, optionally odd under the track's mirror symmetry.
 
     With f the layers and S the signs by which inputs change in the mirror image, an odd network
-    returns ``(f(x) - f(S x)) / 2``: the mirrored motion gets the opposite action, and no deviation
-    gets none.
+    returns ``(f(x) - f(S x)) / 2``: the mirrored motion gets the opposite action, and zero deviation
+    gets zero action.
 
     Attributes
     ----------
     weights : tuple of ndarray
-        Of the layers in turn, each of shape (n_outputs, n_inputs).
+        Weights of the layers in turn, each of shape (n_outputs, n_inputs).
     biases : tuple of ndarray
-        Each of shape (n_outputs,).
+        Biases of the layers, each of shape (n_outputs,).
     activation : {"tanh", "relu", "elu"}
-        After every layer but the last.
+        Function after every layer except the last.
     squash : {"none", "tanh"}
-        After the last.
+        Function after the last layer.
     normalization : Normalization
     signs : ndarray or None
-        +1 or -1 for every input; None is a network that need not be odd.
+        +1 or -1 for every input; None for a network that need not be odd.
     """
 
     weights: tuple[Array, ...]
@@ -181,7 +181,7 @@ class Network:
     # ------------------------------------------------------------------ files
 
     def header(self) -> dict[str, Any]:
-        """Return what is not an array, for a file."""
+        """Return everything that is not an array, for a file."""
         return {
             "layers": len(self.weights),
             "activation": self.activation,
@@ -191,7 +191,7 @@ class Network:
         }
 
     def arrays(self) -> dict[str, Array]:
-        """Return all arrays under the names that they have in a file."""
+        """Return all arrays by their names in a file."""
         named = {"mean": self.normalization.mean, "scale": self.normalization.scale}
         if self.signs is not None:
             named["signs"] = self.signs

@@ -38,9 +38,9 @@ class Filters:
     Attributes
     ----------
     washout : float
-        Below it readings are not fed back.
+        Frequency below which readings are not fed back.
     low_pass : tuple of float
-        Of the low-pass filters of every reading.
+        Corners of the low-pass filters of every reading.
     """
 
     washout: float = 0.2
@@ -60,14 +60,14 @@ class Filters:
 
 @dataclass(frozen=True)
 class Term:
-    """A filtered reading that gains multiply.
+    """A filtered reading that is multiplied by gains.
 
     Attributes
     ----------
     signal : str
         ``accel_b`` or ``gyro_b`` of a sensed body ``b``.
     corner : float or None
-        Hz, of the low-pass filter; None for the reading as it is.
+        Corner of the low-pass filter, Hz; None for the unfiltered reading.
     """
 
     signal: str
@@ -78,7 +78,7 @@ class Term:
 
 
 def terms_of(model: Equipped, filters: Filters) -> tuple[Term, ...]:
-    """Return what the gains of a command multiply, in their order: per m/s^2 and per rad/s."""
+    """Return the terms that a command's gains multiply, in their order: per m/s^2 and per rad/s."""
     corners = (None, *filters.low_pass)
     return tuple(Term(signal, corner) for signal in model.sensor_names for corner in corners)
 
@@ -97,7 +97,7 @@ class OutputFeedback(ScheduledController):
         period: float = CONTROL_PERIOD,
         about: dict[str, Any] | None = None,
     ) -> Self:
-        """Return one with given gains.
+        """Return a controller with given gains.
 
         Parameters
         ----------
@@ -105,19 +105,19 @@ class OutputFeedback(ScheduledController):
         speeds : array_like, shape (k,)
             m/s.
         gains : array_like, shape (k, m, t)
-            Of each of m commands, N m (N of a lateral actuator) per m/s^2 and per rad/s, in the order
-            of ``terms_of``: for each sensor, the accelerometers and gyros of all bodies in turn,
-            the reading as it is and through each low-pass filter.
+            Gains of each of m commands, N m (N for a lateral actuator) per m/s^2 and per rad/s, in the
+            order of ``terms_of``: for each sensor, the accelerometers and gyros of all bodies in turn,
+            the reading unfiltered and through each low-pass filter.
         filters : Filters, optional
         period : float
             Control period, s.
         about : dict, optional
-            How the gains were found, kept in the file.
+            Record of how the gains were found, kept in the file.
 
         Raises
         ------
         ParameterError
-            If the model has no actuators, or the gains another shape.
+            If the model has no actuators, or the gains have the wrong shape.
         """
         vehicle = equipped(model)
         f = Filters() if filters is None else filters
@@ -165,5 +165,5 @@ def basis(
 
 
 def low_pass_share(corner: float, period: float) -> float:
-    """Return what a first-order filter moves by in a period, of its distance from its input."""
+    """Return the share of its distance from its input that a first-order filter moves in a period."""
     return 1.0 - math.exp(-2.0 * math.pi * corner * period)

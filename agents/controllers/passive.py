@@ -12,11 +12,11 @@ from railenv import Model
 
 
 class Passive(ScheduledController):
-    """Commands nothing."""
+    """A controller that commands nothing."""
 
     @classmethod
     def design(cls, model: Model, *, period: float = CONTROL_PERIOD) -> Self:
-        """Return it for a vehicle."""
+        """Return the passive controller of a vehicle."""
         vehicle = equipped(model)
         readings = readings_of(vehicle, "sensors", period)
         gain = np.zeros((1, len(vehicle.command_names), len(readings)))

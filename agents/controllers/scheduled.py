@@ -5,7 +5,7 @@ control period
 
     u = C z + D y,        z' = A z + B y + E sat(u),
 
-where sat() keeps each moment within its actuator's limit, so that an observer knows what was applied.
+where sat() keeps each moment within its actuator's limit, so that an observer knows the applied moment.
 Matrices are linear in speed between the speeds at which they were designed, and constant beyond.
 """
 
@@ -30,10 +30,10 @@ Array = NDArray[np.float64]
 Floats = NDArray[np.floating[Any]]
 
 CONTROL_PERIOD = 0.005
-"""s, of the environments."""
+"""Control period of the environments, s."""
 
 MOST_VEHICLES = 2**20
-"""Side by side."""
+"""Largest number of vehicles side by side."""
 
 _MATRICES = ("A", "B", "C", "D", "E")
 
@@ -45,7 +45,7 @@ class Law:
     Attributes
     ----------
     speeds : ndarray, shape (k,)
-        Increasing, m/s; a single one is a controller that is not scheduled.
+        Increasing speeds, m/s; a single one for a controller that is not scheduled.
     A, B, C, D, E : ndarray
         Shapes (k, n, n), (k, n, p), (k, m, n), (k, m, p) and (k, n, m) for n states, p readings and m
         commands.
@@ -122,7 +122,7 @@ class Law:
         return self.A, self.B, self.C, self.D, self.E
 
     def _place(self, speeds: Array) -> tuple[NDArray[np.intp], Array]:
-        """Return the node below each speed, and how far from it to the next, from 0 to 1."""
+        """Return the node below each speed, and the fraction of the way to the next, from 0 to 1."""
         nodes = self.speeds
         if len(nodes) == 1:
             return np.zeros(len(speeds), dtype=np.intp), np.zeros(len(speeds))
@@ -133,13 +133,13 @@ class Law:
 
 @dataclass(eq=False)
 class ScheduledController(Controller):
-    """A linear controller scheduled over speed; see the module's text.
+    """A linear controller scheduled over speed; see the module's docstring.
 
     Attributes
     ----------
     law : Law
     readings : tuple of Reading
-        The observation's entries, as the environment has them.
+        Entries of the environment's observation.
     commands : tuple of str
         Inputs of the equipped model that it commands.
     limit : float or sequence of float
@@ -148,7 +148,7 @@ class ScheduledController(Controller):
     period : float
         Control period, s.
     about : dict
-        How it was designed: plain numbers and strings, kept in its file.
+        Record of its design: plain numbers and strings, kept in its file.
     """
 
     law: Law
@@ -218,10 +218,9 @@ class ScheduledController(Controller):
         return self._z
 
     def propose(self, observation: Floats) -> Floats:
-        """Return what the law asks for, as shares of the limit and not yet limited.
+        """Return the demand of the law, as shares of the limit and not yet limited.
 
-        :meth:`advance` must follow with what is then commanded, which another controller may have
-        added to.
+        Call :meth:`advance` next with the actual commands, to which another controller may have added.
         """
         count = None if self._single else len(self._z)
         y = observation_rows(observation, count, len(self.readings)) * self._scales
@@ -244,7 +243,7 @@ class ScheduledController(Controller):
 
     @property
     def input_labels(self) -> list[str]:
-        """Signals that it reads, under their names in :mod:`design.loop.feedback`."""
+        """Signals that it reads, by their names in :mod:`design.loop.feedback`."""
         return [reading.signal for reading in self.readings]
 
     @property
@@ -266,9 +265,9 @@ class ScheduledController(Controller):
         )
 
     def steady(self, signals: Array) -> Array:
-        """Return the moments (N m) that it settles at when the signals never change.
+        """Return the moments (N m) at which it settles under constant signals.
 
-        Not limited: where this exceeds the limit the actuator saturates, and nothing is linear.
+        They are not limited: above the limit the actuator saturates, and nothing is linear.
         """
         A, B, C, D, E = self.law.at_one(float(signals[self._speed_at]))
         if not len(A):
@@ -284,7 +283,7 @@ class ScheduledController(Controller):
         write(path, self.to_file())
 
     def to_file(self) -> ControllerFile:
-        """Return what its file holds."""
+        """Return the content of its file."""
         header = {
             "readings": [list(reading) for reading in self.readings],
             "commands": list(self.commands),
@@ -298,7 +297,7 @@ class ScheduledController(Controller):
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Self:
-        """Read one of this class from its file.
+        """Read a controller of this class from its file.
 
         Raises
         ------
@@ -309,7 +308,7 @@ class ScheduledController(Controller):
 
     @classmethod
     def from_file(cls, content: ControllerFile) -> Self:
-        """Return the controller that a file holds."""
+        """Return the controller in a file."""
         h = content.header
         return cls(
             law=Law(**content.arrays_named("speeds", *_MATRICES)),
@@ -323,9 +322,9 @@ class ScheduledController(Controller):
 
 
 def sensor_rows(model: Equipped, signals: Sequence[str]) -> Array:
-    """Return what gives the sensors' readings from signals, shape (n_sensors, n_signals).
+    """Return the matrix from signals to the sensors' readings, shape (n_sensors, n_signals).
 
-    Accelerometers lose what cant deficiency puts in, which is known.
+    The known effect of cant deficiency is subtracted from accelerometers.
     """
     rows = np.zeros((len(model.sensor_names), len(signals)))
     for row, name in zip(rows, model.sensor_names, strict=True):

@@ -1,7 +1,7 @@
 """Controllers that the package ships, each for one of the problems of :mod:`agents.problems`.
 
-``railenv tune KIND --problem NAME --out FILE`` designs and tunes one again, ``make controllers`` all of
-them.
+``railenv tune KIND --problem NAME --out FILE`` designs and tunes one again, and ``make controllers``
+all of them.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ NAMES = (
     "learned-by-gradient",
     "lqr-scheduled",
 )
-"""In the order in which they are shown; :mod:`agents.learning.designs` says how each is designed."""
+"""Names in the order in which they are shown; :mod:`agents.learning.designs` designs each."""
 
 FIRST = "bogie-secondary-v1"
-"""The problem whose controllers are meant where none is named."""
+"""The default problem."""
 
 
 def coach() -> Equipped:
-    """Return the vehicle that the controllers of the first problem are for."""
+    """Return the vehicle of the controllers of the first problem."""
     return Equipped(Bogie(HIGH_SPEED_COACH_HOLLOW), "secondary")
 
 
@@ -42,7 +42,7 @@ def shipped_problems() -> list[str]:
 
 
 def shipped_names(problem: str = FIRST) -> list[str]:
-    """Return names of the controllers that are shipped for a problem."""
+    """Return the names of the controllers shipped for a problem."""
     if problem not in shipped_problems():
         return []
     files = (_folder() / problem).iterdir()
@@ -57,12 +57,12 @@ def shipped(name: str, problem: str = FIRST) -> Loaded:
     ----------
     name : str
     problem : str
-        Of :mod:`agents.problems`.
+        A problem of :mod:`agents.problems`.
 
     Raises
     ------
     UnknownNameError
-        If there is none of that name.
+        If there is no controller of that name.
     """
     checks.known("problem with shipped controllers", [problem], shipped_problems())
     checks.known("shipped controller", [name], shipped_names(problem))

@@ -12,11 +12,11 @@ from agents.controllers.scheduled import CONTROL_PERIOD, Law, ScheduledControlle
 from railenv import Model, checks
 
 WASHOUT = 0.2
-"""Hz, below which the yaw rate is not damped: that of the curve itself."""
+"""Frequency (Hz) below which the yaw rate is not damped, such as that of the curve itself."""
 
 
 class YawRateFeedback(ScheduledController):
-    """Moment of each yaw actuator against the yaw rate of the body that carries it, without its mean.
+    """Opposing moment of each yaw actuator to the yaw rate of its body, without the mean.
 
     The gyro's reading passes a first-order high-pass filter, because on a curve it has a steady part,
     the turning of the track.
@@ -31,14 +31,15 @@ class YawRateFeedback(ScheduledController):
         washout: float = WASHOUT,
         period: float = CONTROL_PERIOD,
     ) -> Self:
-        """Return one with a fixed gain.
+        """Return a controller with a fixed gain.
 
         Parameters
         ----------
         model : Model
-            With yaw actuators only, and a gyro on a body that each acts on (or a single gyro).
+            A model with only yaw actuators, each with a gyro on a body on which it acts (or a single
+            gyro).
         gain : float
-            N m per rad/s, of every actuator.
+            Gain of every actuator, N m per rad/s.
         washout : float
             Corner frequency of the high-pass filter, Hz; 0 for no filter.
         period : float

@@ -9,7 +9,7 @@ from design.style import NEUTRAL, SERIES
 INK = "#333333"
 
 _COLORS = (*SERIES, "#3f5aa8", "#b8577a", "#7a6a58", "#2f9e8f")
-"""Of controllers side by side."""
+"""Palette for controllers side by side."""
 
 
 def colors(names: Iterable[str]) -> dict[str, str]:

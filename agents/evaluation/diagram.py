@@ -1,4 +1,4 @@
-"""Simulated bifurcation diagrams of closed loops: what disturbances of several sizes settle at."""
+"""Simulated bifurcation diagrams of closed loops: final amplitudes from several disturbances."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 OFFSETS = (1e-4, 2e-3, OFFSET)
-"""m, lateral, of all bodies at the start."""
+"""Lateral displacements of all bodies at the start, m."""
 
 
 @dataclass(frozen=True)
 class ClosedLoopDiagram:
-    """Amplitudes that disturbances settle at, over speed.
+    """Final amplitudes after disturbances, over speed.
 
     Attributes
     ----------
@@ -34,12 +34,12 @@ class ClosedLoopDiagram:
     speed : ndarray, shape (n_speeds,)
         m/s.
     offset : ndarray, shape (n_offsets,)
-        m, lateral, of all bodies at the start.
+        Lateral displacement of all bodies at the start, m.
     amplitude : ndarray, shape (n_offsets, n_speeds)
         Half the range of the leading wheelset's lateral displacement in the last second, m; infinity
         where there is no running equilibrium.
     duration : float
-        s, of each run.
+        Duration of each run, s.
     """
 
     controller: str
@@ -72,22 +72,22 @@ def closed_loop_diagram(
     ----------
     controller : Controller
     model : Model
-        With default actuators and sensors if it has none.
+        Vehicle; with default actuators and sensors if it has none.
     speeds : sequence of float
         m/s.
     name : str, optional
-        What to call the controller; its class's name when left out.
+        Name of the controller; its class's name when left out.
     radius, cant : float
         m (``math.inf`` on tangent track), rad.
     offsets : sequence of float
-        m, lateral, of all bodies at the start.
+        Lateral displacements of all bodies at the start, m.
     duration : float
-        s, of each run.
+        Duration of each run, s.
 
     Raises
     ------
     ParameterError
-        If the controller does not suit the vehicle, or a number is none that a run can have.
+        If the controller does not fit the vehicle, or a number is not allowed in a run.
     """
     vehicle, place = equipped(model), Place(radius, cant)
     left = [

@@ -1,4 +1,4 @@
-"""How simulated bifurcation diagrams of closed loops are drawn."""
+"""Drawings of simulated bifurcation diagrams of closed loops."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def plot_diagram(diagram: ClosedLoopDiagram, ax: Axes | None = None) -> control.ControlPlot:
-    """Draw what disturbances settle at, over speed: a simulated bifurcation diagram."""
+    """Draw final amplitudes after disturbances over speed: a simulated bifurcation diagram."""
     with style():
         if ax is None:
             ax = plt.subplots(figsize=(6.8, 4.2))[1]

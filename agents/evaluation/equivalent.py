@@ -1,10 +1,10 @@
-"""What an actuator is to the motion that it acts on: a damper and a spring beside each other.
+"""The passive equivalent of an actuator: a damper and a spring in parallel.
 
-A controller is a list of numbers; a damper has a rate and a stiffness. In a mode all motions go with
+A controller is a list of numbers; a damper has a rate and a stiffness. In a mode all motions follow
 ``exp(s t)``, so the moment M of an actuator and the turning rate across it have a fixed complex ratio.
-A damper of rate c and a spring of stiffness k beside it give ``M = -(c + k / s) dpsi``: the c and k for
-which that is so are what the actuator is to this motion, whatever the controller is made of. A passive
-damper on rubber ends (Maxwell's element) has them, too, and can be compared.
+A damper of rate c and a spring of stiffness k in parallel give ``M = -(c + k / s) dpsi``: the c and k
+that satisfy this are the actuator's equivalent for this motion, whatever the controller is. A passive
+damper on rubber ends (Maxwell's element) has them too, and can be compared.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_FREQUENCIES = (0.3, 40.0)  # Hz, of hunting; what is outside is of the controller
+_FREQUENCIES = (0.3, 40.0)  # Hz, of hunting; modes outside belong to the controller
 
 
 @dataclass(frozen=True)
@@ -40,11 +40,11 @@ class EquivalentDamper:
     speed : ndarray, shape (n_speeds,)
         m/s.
     growth, frequency : ndarray, shape (n_speeds,)
-        Of that mode of the closed loop, 1/s and Hz.
+        Growth rate and frequency of that mode of the closed loop, 1/s and Hz.
     rate : ndarray, shape (n_speeds,)
-        N m s/rad; negative where the actuator feeds the motion.
+        Damping rate, N m s/rad; negative where the actuator feeds the motion.
     stiffness : ndarray, shape (n_speeds,)
-        N m/rad; negative where its moment leads the turning rate.
+        Stiffness, N m/rad; negative where its moment leads the turning rate.
     """
 
     speed: Array
@@ -54,7 +54,7 @@ class EquivalentDamper:
     stiffness: Array
 
     def plot(self, axes: Sequence[Axes] | None = None, label: str = "") -> control.ControlPlot:
-        """Draw rate and stiffness over speed, below each other."""
+        """Draw rate and stiffness over speed, one below the other."""
         from agents.evaluation.equivalent_plots import plot_equivalent
 
         return plot_equivalent({label: self}, axes)
@@ -63,7 +63,7 @@ class EquivalentDamper:
 def equivalent_damper(
     model: Equipped, controller: Any, speeds: Sequence[float], *, actuator: str | None = None
 ) -> EquivalentDamper:
-    """Say what damper and spring an actuator is to the least damped oscillation, on tangent track.
+    """Return an actuator's equivalent damper and spring in the least damped mode, on tangent track.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def equivalent_damper(
     UnknownNameError
         If there is no such actuator.
     ParameterError
-        If it is no yaw actuator, or no oscillation from 0.3 to 40 Hz is left at a speed.
+        If it is not a yaw actuator, or there is no oscillation from 0.3 to 40 Hz at a speed.
     EquilibriumError
         If there is no equilibrium at a speed.
     """

@@ -1,4 +1,4 @@
-"""How actuators are drawn as dampers and springs."""
+"""Drawings of actuators as dampers and springs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Damper(Protocol):
-    """What is drawn: speeds (m/s), rates (N m s/rad) and stiffnesses (N m/rad)."""
+    """Data to draw: speeds (m/s), rates (N m s/rad) and stiffnesses (N m/rad)."""
 
     @property
     def speed(self) -> NDArray[np.float64]:
@@ -38,15 +38,15 @@ def plot_equivalent(
     axes: Sequence[Axes] | None = None,
     palette: Mapping[str, str] | None = None,
 ) -> control.ControlPlot:
-    """Draw rates and stiffnesses over speed, below each other.
+    """Draw rates and stiffnesses over speed, one below the other.
 
     Parameters
     ----------
     dampers : mapping of str to agents.EquivalentDamper
-        By what to call them.
+        Dampers by their labels.
     axes : sequence of two Axes, optional
     palette : mapping of str to str, optional
-        Colours, for several figures alike.
+        Colours, the same for several figures.
     """
     chosen = palette or colors(dampers)
     with style():

@@ -1,4 +1,4 @@
-"""How much faster a vehicle runs without hunting: the evaluation that every controller gets alike."""
+"""Evaluation of controllers, the same for all: the speeds up to which a vehicle does not hunt."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from railenv.envs.metrics import episode_metrics
 from railenv.envs.observation import CANT_BASE
 from railenv.errors import EquilibriumError
 
-_BEYOND = 1.05  # of the linear critical speed, where hunting is established for the ramp
+_BEYOND = 1.05  # times the linear critical speed, where hunting is established for the ramp
 _MARGIN = 10.0  # m/s
 _BACK = 0.99  # of a speed at which there is no equilibrium
 
@@ -40,9 +40,9 @@ def evaluate(
     ----------
     controller : Controller
     model : Model
-        With default actuators and sensors if it has none.
+        Vehicle; with default actuators and sensors if it has none.
     name : str, optional
-        What to call the controller; its class's name when left out.
+        Name of the controller; its class's name when left out.
     plan : Plan, optional
     progress : bool
         Show a progress bar.
@@ -54,7 +54,7 @@ def evaluate(
     Raises
     ------
     ParameterError
-        If the controller does not suit the vehicle.
+        If the controller does not fit the vehicle.
     """
     vehicle = equipped(model)
     todo = Plan() if plan is None else plan
@@ -113,7 +113,7 @@ class _Evaluator:
         )
 
     def _ramp(self, place: Place, start: float) -> tuple[float | None, bool]:
-        """Return where hunting stops, from a start at which there is an equilibrium."""
+        """Return the speed at which hunting stops, from a start with an equilibrium."""
         while True:
             try:
                 found = ramp_down(
@@ -156,7 +156,7 @@ class _Evaluator:
         return None, "end", None
 
     def _at_frictions(self, radius: float, cant: float) -> dict[str, float | None]:
-        """Return the disturbed critical speed at other coefficients of friction, if there is such."""
+        """Return the disturbed critical speeds at other coefficients of friction, if there are any."""
         if "friction" not in self.model.variable_names:
             return {}
         return {
@@ -195,7 +195,7 @@ class _Evaluator:
         """Return linear and robust critical speed at another delay."""
         model = self.model.replace(delay=delay)
         if self.controller.observation == "state":
-            # the commands on their way are part of what it reads: it is made for its own delay
+            # it reads the commands still on their way, so it is made for its own delay
             return None, None
         return self.linear(model, *self.plan.curves[0])[0], self.robust(model)[0]
 
@@ -240,7 +240,7 @@ class _Evaluator:
 def _moments(rollout: Rollout, duration: float) -> Any:
     """Run, and return rms and peak of the applied moments (N m) of each case.
 
-    Forces (N) where no actuator applies a moment.
+    They are forces (N) if no actuator applies a moment.
     """
     model = rollout.fleet.model
     pairs = list(zip(model.equipment.mounts, model.limits, strict=True))

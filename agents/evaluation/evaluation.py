@@ -1,4 +1,4 @@
-"""What an evaluation of a controller asks for and finds, and its file."""
+"""The plan, the results and the file of a controller's evaluation."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 SCHEMA = "railenv evaluation 2"
 
 ROBUST_OVER = ("conicity", "creep_factor", "wear")
-"""What the robust critical speed is over, of those that a vehicle has: fields of :class:`Plan`."""
+"""Parameters varied for the robust critical speed, if a vehicle has them: fields of :class:`Plan`."""
 
 _RIDE = (
     "speed",
@@ -43,23 +43,23 @@ _RANGES = ("conicity", "creep_factor", "wear")
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """What is evaluated.
+    """The plan of an evaluation.
 
     Attributes
     ----------
     speed_range : (float, float)
-        m/s; a loop that is unstable at the lowest speed has failed.
+        Range of speeds, m/s; a loop that is unstable at the lowest speed has failed.
     curves : tuple of (float, float)
-        Radius (m) and cant (rad) of each; the first is where everything is evaluated.
+        Radius (m) and cant (rad) of each; everything is evaluated on the first.
     conicity, creep_factor, wear : (float, float)
         Ranges of the robust critical speed, each for vehicles with a parameter of that name.
     frictions : tuple of float
-        Coefficients at which the nonlinear critical speed is looked at, beside the vehicle's own, for
+        Coefficients at which the nonlinear critical speed is found, beside the vehicle's own, for
         vehicles with a parameter ``friction``.
     ride_speeds : tuple of float
-        m/s, of runs on irregular track with noisy sensors.
+        Speeds of runs on irregular track with noisy sensors, m/s.
     ride_duration : float
-        s.
+        Duration of these runs, s.
     delays : tuple of float
         Transport delays of the actuator, s.
     noises : tuple of float
@@ -91,7 +91,7 @@ class Plan:
         checks.number("ride_duration", self.ride_duration, low=1.0, unit="s")
 
     def robust_over(self, model: Model) -> dict[str, tuple[float, float]]:
-        """Return the ranges of the robust critical speed that a vehicle has."""
+        """Return the ranges of the robust critical speed that apply to a vehicle."""
         return varied(model, {name: getattr(self, name) for name in ROBUST_OVER})
 
     @classmethod
@@ -119,21 +119,21 @@ class CurveResult:
         From the sampled-data closed loop (or measured, for a controller without linearisation); None if
         unstable at the lowest speed.
     loss : str
-        How stability is lost there; "none" if it is not, up to the highest speed.
+        Kind of the loss of stability; "none" if stable up to the highest speed.
     frequency : float or None
         Hz.
     disturbed : float or None
-        Up to where a lateral offset of 9 mm of all bodies dies out.
+        Speed up to which a lateral offset of 9 mm of all bodies dies out.
     ramp : float or None
-        Where established hunting stops when the vehicle slows down; None if it goes on at the lowest
-        speed, or was not established.
+        Speed at which established hunting stops when the vehicle slows down; None if it goes on at the
+        lowest speed, or was not established.
     established : bool
-        Whether hunting could be established at all: beyond the linear critical speed, or as far as
-        there is a running equilibrium.
+        Whether hunting could be established: beyond the linear critical speed, or as far as there is a
+        running equilibrium.
     disturbed_by_friction : mapping of str to (float or None)
         As ``disturbed``, at other coefficients of friction.
     deficiency_limit : float or None
-        m/s, where cant deficiency passes 150 mm; None on tangent track.
+        Speed at which cant deficiency passes 150 mm, m/s; None on tangent track.
     """
 
     radius: float
@@ -151,9 +151,9 @@ class CurveResult:
     def nonlinear(self) -> float | None:
         """The lower of both readings of the nonlinear critical speed, m/s, at most the linear one.
 
-        Where hunting cannot be established there is only the one from a disturbance. Beyond the linear
-        critical speed nothing dies out in the end, however slowly it grows within a simulation. A loop
-        that is unstable at the lowest speed has failed, however small its oscillation stays.
+        If hunting cannot be established, only the reading from a disturbance exists. Beyond the linear
+        critical speed no motion dies out in the end, however slowly it grows within a simulation. A
+        loop that is unstable at the lowest speed has failed, however small its oscillation stays.
         """
         readings = [self.linear, self.disturbed, *([self.ramp] if self.established else [])]
         known = [speed for speed in readings if speed is not None]
@@ -161,13 +161,13 @@ class CurveResult:
 
     @property
     def name(self) -> str:
-        """What to call the curve."""
+        """Name of the curve."""
         return "tangent" if math.isinf(self.radius) else f"R = {self.radius:g} m"
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """What a controller reached; speeds in m/s.
+    """The results of a controller; speeds in m/s.
 
     Attributes
     ----------
@@ -176,19 +176,19 @@ class Evaluation:
     robust : float or None
         Critical speed of the worst vehicle within the ranges of the plan, on the first curve; None if
         a vehicle is unstable at the lowest speed, the controller has no linearisation, or the vehicle
-        none of the parameters.
+        has none of the parameters.
     worst : mapping of str to float
-        The vehicle that sets it, by the parameters that were varied.
+        The vehicle that determines it, by the parameters that were varied.
     ride : tuple of mapping
-        Of each run on irregular track: speed, rms and peak moment of the yaw actuators (N m; force of
-        the lateral ones, N, where there are only those), rms and peak acceleration (m/s^2), readings of
-        49 CFR 213.333 and EN 14363 as shares of their limits, whether it derailed.
+        For each run on irregular track: speed, rms and peak moment of the yaw actuators (N m; force of
+        the lateral ones, N, if there are only those), rms and peak acceleration (m/s^2), readings of
+        49 CFR 213.333 and EN 14363 as shares of their limits, and whether it derailed.
     delays : mapping of str to (linear, robust)
         Critical speeds at other delays (s).
     noises : mapping of str to float
         Rms moment (N m) at the first ride speed, on smooth track, by factor on the noise.
     about : mapping
-        How the controller was designed.
+        Record of the controller's design.
     plan : Plan
     """
 
@@ -217,7 +217,7 @@ class Evaluation:
 
     @property
     def robust_over(self) -> str:
-        """What the robust critical speed is over, in words."""
+        """Ranges of the robust critical speed, in words."""
         names = list(self.worst) or ["conicity", "creep_factor"]
         ranges = ((name.replace("_", " "), *getattr(self.plan, name)) for name in names)
         return ", ".join(f"{name} {low:g} to {high:g}" for name, low, high in ranges)
@@ -238,10 +238,10 @@ class Evaluation:
         Raises
         ------
         ParameterError
-            If it is none.
+            If it is not a summary.
         """
         if data.get("schema") != SCHEMA:
-            raise ParameterError(f"this is no evaluation of the layout {SCHEMA!r}")
+            raise ParameterError(f"this is not an evaluation of the layout {SCHEMA!r}")
         plan = {k: _tuples(v) for k, v in data["plan"].items()}
         plan["curves"] = tuple((math.inf if r is None else r, c) for r, c in data["plan"]["curves"])
         curves = []
@@ -292,7 +292,7 @@ class Evaluation:
 
 
 def save_evaluations(evaluations: Sequence[Evaluation], path: str | PathLike[str]) -> None:
-    """Write evaluations to a JSON file, one a line."""
+    """Write evaluations to a JSON file, one per line."""
     lines = ",\n".join(json.dumps(e.summary(), allow_nan=False) for e in evaluations)
     write_whole(path, f"[\n{lines}\n]\n")
 
@@ -313,7 +313,7 @@ def load_evaluations(path: str | PathLike[str]) -> list[Evaluation]:
 
 
 def written(speed: float | None, highest: float) -> str:
-    """Return a speed for a table: failed, a number, or beyond the highest looked at."""
+    """Return a speed for a table: failed, a number, or above the highest tried."""
     if speed is None:
         return "failed"
     return f"> {highest:g}" if speed >= highest * (1.0 - 1e-9) else f"{speed:.1f}"

@@ -1,4 +1,4 @@
-"""How controllers and their evaluations are drawn, in the style of :mod:`design.style`."""
+"""Drawings of controllers and their evaluations, in the style of :mod:`design.style`."""
 
 from __future__ import annotations
 
@@ -47,14 +47,14 @@ def plot_evaluation(evaluation: Evaluation, ax: Axes | None = None) -> control.C
 def plot_comparison(
     evaluations: Sequence[Evaluation], curve: int = 0, ax: Axes | None = None
 ) -> control.ControlPlot:
-    """Draw how far several controllers move the critical speeds on a curve; dotted: without control.
+    """Draw the critical speeds on a curve with several controllers; dotted: without control.
 
     Parameters
     ----------
     evaluations : sequence of Evaluation
-        From top to bottom; all of one plan.
+        Evaluations from top to bottom; all of one plan.
     curve : int
-        Which curve of the plan; the robust critical speed is only known on the first.
+        Index of the curve in the plan; the robust critical speed is only known on the first.
     ax : Axes, optional
     """
     with style():

@@ -1,4 +1,4 @@
-"""Growth and decay of small motions: linear, and in the environment, the check of the linear ones."""
+"""Growth and decay of small motions: linear, and in the environment as a check."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from railenv.errors import EquilibriumError, ParameterError
 Array = NDArray[np.float64]
 
 SMALL = 1e-6
-"""m, the offset of all bodies from which motions grow or decay; far below the width of any kink."""
+"""Offset (m) of all bodies from which motions grow or decay, far below the width of any kink."""
 
-_OVER = 1e-6  # of the offset, where a motion has died out
+_OVER = 1e-6  # of the offset, below which a motion has died out
 
 
 def linear_growth_rates(model: Model, controller: Any, speeds: Sequence[float]) -> Array:
@@ -30,7 +30,7 @@ def linear_growth_rates(model: Model, controller: Any, speeds: Sequence[float]) 
     ----------
     model : Model
     controller : design.Feedback or None
-        None is the vehicle alone.
+        None for the vehicle alone.
     speeds : sequence of float
         m/s, on tangent track.
 
@@ -86,17 +86,17 @@ def growth_rates(
     middle = (np.arange(8) + 0.5) * (duration / 2.0) / 8
     size = np.maximum(size, 1e-300)
     rates = np.polyfit(middle, np.log(size), 1)[0]
-    # what has sunk into rounding errors has decayed, whatever these do
+    # a motion below rounding errors has decayed, whatever these do
     return np.where(size[-1] < _OVER * SMALL, np.log(size[-1] / SMALL) / duration, rates)
 
 
 class MeasuredCriticalSpeed(NamedTuple):
-    """Up to where small motions decay in the environment.
+    """The speed up to which small motions decay in the environment.
 
     Attributes
     ----------
     speed : float or None
-        m/s; None if they grow at the lowest speed, the highest speed looked at if they never do.
+        m/s; None if they grow at the lowest speed, the highest speed tried if they never do.
     loss : {"hunting", "none", "unstable at start"}
     """
 
@@ -113,9 +113,9 @@ def measured_critical_speed(
     cant: float = 0.0,
     vehicle: Mapping[str, float] | None = None,
 ) -> MeasuredCriticalSpeed:
-    """Find up to where small motions decay in the environment, refined in rounds.
+    """Find the speed up to which small motions decay in the environment, refined in rounds.
 
-    For controllers that have no linearisation.
+    This is for controllers without a linearisation.
 
     Parameters
     ----------
@@ -169,11 +169,11 @@ def simulated_critical_speed(
     model : Equipped
     controller : Controller or None
     around : float
-        m/s, near which to look.
+        Speed near which to search, m/s.
     width : float
-        Share of it to look at to either side.
+        Width of the search to either side, as a share of that speed.
     points : int
-        Speeds to simulate.
+        Number of speeds to simulate.
     duration : float
         s.
     radius, cant : float

@@ -1,4 +1,4 @@
-"""How growth rates of several controllers are drawn."""
+"""Drawings of the growth rates of several controllers."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def plot_growth(
     ax: Axes | None = None,
     palette: Mapping[str, str] | None = None,
 ) -> control.ControlPlot:
-    """Draw the growth rate of the least stable mode over speed, with each of some controllers.
+    """Draw the growth rate of the least stable mode over speed, with each controller.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def plot_growth(
         m/s.
     ax : Axes, optional
     palette : mapping of str to str, optional
-        Colours of the controllers, for several figures alike.
+        Colours of the controllers, the same for several figures.
     """
     chosen = palette or colors(rates)
     with style():

@@ -1,6 +1,6 @@
-"""Controllers that know all: the vehicle of the episode, its state and the track under it.
+"""Controllers with full information: the vehicle of the episode, its state and the track under it.
 
-They bound from below what can be reached in an environment: somebody has reached it.
+Their returns are a lower bound of the best that can be reached in an environment.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class InformedLQR:
     Parameters
     ----------
     fleet : Fleet
-        After its reset.
+        Fleet after its reset.
     weights : Weights
     """
 

@@ -8,7 +8,7 @@ from agents.evaluation.evaluation import Evaluation, written
 
 
 def columns(evaluation: Evaluation) -> list[str]:
-    """Return the headings of the table, for what an evaluation holds."""
+    """Return the headings of the table for an evaluation."""
     ride = evaluation.ride[0]["speed"]
     return [
         "controller",
@@ -46,7 +46,7 @@ def ordered(evaluations: Sequence[Evaluation]) -> list[Evaluation]:
 
 
 def push(speed: float | None, passive: float | None, highest: float) -> str:
-    """Return for a table how far a controller moves a critical speed (m/s) from the vehicle's own."""
+    """Return for a table the change of a critical speed (m/s) from the vehicle's own."""
     if speed is None or passive is None:
         return "failed"
     if speed >= highest * (1.0 - 1e-9):

@@ -22,24 +22,24 @@ from railenv import Equipped, checks
 Array = NDArray[np.float64]
 
 OFFSET = 9e-3
-"""m, lateral, of all bodies: just short of the flange."""
+"""Lateral offset of all bodies, m: just short of the flange."""
 
 QUIET = 1e-3
-"""m, amplitude of the leading wheelset below which a vehicle does not hunt."""
+"""Amplitude (m) of the leading wheelset below which a vehicle does not hunt."""
 
 _WINDOW = 1.0  # s over which an amplitude is read
 _COARSE, _FINE = 24, 12  # speeds side by side, first over the range, then where it changes
 _SETTLING = 6.0  # s
-_TOGETHER = 8  # speeds that are given longer side by side
-_PATIENCE = 20.0  # s, given to what has not died out by then: a slow decay is none the less a decay
+_TOGETHER = 8  # speeds that get more time side by side
+_PATIENCE = 20.0  # s, for motions that have not died out by then: a slow decay is still a decay
 _RAMP, _FAST = 0.05, 1.0  # m/s^2
-_LAG = 8.0  # s, by which a quick ramp's reading is late at most
+_LAG = 8.0  # s, the largest lag of a quick ramp's reading
 _ESTABLISHING = 4.0  # s without control, in which hunting grows to its full size
 
 
 @dataclass(frozen=True)
 class Place:
-    """Where a vehicle runs, and what is changed of it.
+    """The curve on which a vehicle runs, and changes of the vehicle.
 
     Attributes
     ----------
@@ -66,11 +66,11 @@ def amplitudes(
     offset: float = OFFSET,
     duration: float = _SETTLING,
 ) -> Array:
-    """Return what is left of a lateral offset at several speeds: half the range at the end, m.
+    """Return the final amplitude after a lateral offset at several speeds: half the range, m.
 
     It is read at the leading wheelset.
 
-    Speeds at which there is no running equilibrium give infinity.
+    Speeds without a running equilibrium give infinity.
     """
     cases = [place.case(v, offset) for v in speeds]
     possible = np.flatnonzero(startable(model, cases))
@@ -92,7 +92,7 @@ def disturbed_critical_speed(
     speed_range: tuple[float, float] = (20.0, 400.0),
     offset: float = OFFSET,
 ) -> float | None:
-    """Return the speed (m/s) up to which an offset of all bodies dies out, at every speed looked at.
+    """Return the speed (m/s) up to which an offset of all bodies dies out at every speed tried.
 
     None if it does not die out at the lowest speed; the highest speed if it always does.
     """
@@ -117,7 +117,7 @@ def _first_lasting(
     speeds: Sequence[float],
     offset: float,
 ) -> int | None:
-    """Return which of some speeds is the first at which an offset does not die out, in two rounds."""
+    """Return the index of the first speed at which an offset does not die out, in two rounds."""
     left = amplitudes(model, controller, where, speeds, offset=offset)
     doubtful = np.flatnonzero(~(left < QUIET))
     for first in range(0, len(doubtful), _TOGETHER):
@@ -139,7 +139,7 @@ class Ramp:
     stops : float or None
         Speed (m/s) at which hunting stops; None if it goes on at the lowest speed.
     start : float
-        m/s, where the ramp began.
+        Speed at which the ramp began, m/s.
     established : bool
         Whether the vehicle hunted at the start; if not, ``stops`` is the start.
     speed, amplitude : ndarray
@@ -173,7 +173,7 @@ def ramp_down(
     start, lowest : float
         m/s.
     rate : float
-        m/s^2; a quick ramp first finds where to begin the slow one.
+        Deceleration, m/s^2; a quick ramp first finds the start of the slow one.
 
     Raises
     ------
@@ -186,7 +186,7 @@ def ramp_down(
     if controller is not None:
         controller.reset(1)
         rollout.controller = controller
-    # first the controller gets its chance at the start
+    # first the controller acts at the start
     settled = rollout.run(_SETTLING)[leading(model)][-round(_WINDOW / rollout.period) :]
     first = float(np.ptp(settled) / 2.0)
     if not first >= QUIET:

@@ -1,4 +1,4 @@
-"""What a controller earns in an environment: returns over a set of episodes that is always the same."""
+"""Returns of a controller in an environment, over a fixed set of episodes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 
 class Player(Protocol):
-    """What acts on the vehicles of a fleet."""
+    """A controller of the vehicles of a fleet."""
 
     def __call__(self, fleet: Fleet) -> NDArray[np.floating[Any]]:
         """Return the commands as shares of the limits, shape (n, n_actuators)."""
@@ -70,19 +70,19 @@ def episode_returns(
     ----------
     env_id : str
     controller : Controller or callable, optional
-        None commands nothing. A callable is given the fleet after its reset, and returns what acts on
-        it: for those who know more than observations tell.
+        None commands nothing. A callable takes the fleet after its reset and returns its controller,
+        which may use more information than observations contain.
     episodes : int
-        Side by side.
+        Number of episodes, side by side.
     seed : int
-        Of the first; episode i has ``seed + i``, and is what the environment has for that seed.
+        Seed of the first; episode i is the environment's episode for ``seed + i``.
     env_kwargs : mapping, optional
         Keywords of the environment.
 
     Raises
     ------
     ParameterError
-        If the controller reads or commands something else than the environment has.
+        If the controller's readings or commands are not those of the environment.
     """
     checks.whole("episodes", episodes)
     checks.whole("seed", seed, low=0)
@@ -111,7 +111,7 @@ def _player(controller: Controller | Callable[[Fleet], Player] | None, fleet: Fl
 
 
 def check_reads(controller: Controller, fleet: Fleet) -> None:
-    """Raise ParameterError where a controller says that it is for other actuators or sensors."""
+    """Raise ParameterError if a controller declares other actuators or sensors."""
     model = fleet.model
     commands = tuple(getattr(controller, "commands", model.command_names))
     own = [reading.name for reading in fleet.observation_table]

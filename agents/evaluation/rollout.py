@@ -24,7 +24,7 @@ from railenv.irregularity import Level
 
 Array = NDArray[np.float64]
 
-_EVER = 1e12  # m, farther than any run goes
+_EVER = 1e12  # m, longer than any run
 _SCALAR_BELOW = 3  # cases up to which the scalar kernel is faster
 
 
@@ -39,7 +39,7 @@ class Case:
     radius, cant : float
         m (``math.inf`` on tangent track), rad.
     offset : float
-        m, lateral, of all bodies at the start.
+        Lateral displacement of all bodies at the start, m.
     vehicle : mapping of str to float
         Changes of the vehicle (``replace`` of its model).
     roughness : float
@@ -56,7 +56,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Track:
-    """What the runs of a rollout run on.
+    """The track and the sensors' noise in a rollout.
 
     Attributes
     ----------
@@ -65,9 +65,9 @@ class Track:
     noise : bool
         Whether sensors have noise and bias.
     seed : int
-        Of noise, biases and the place on the line, each case having its own.
+        Seed of noise, biases and the place on the line, which differ between cases.
     repeats_after : int, optional
-        After so many cases noise, biases and places begin again: what is compared meets the same.
+        Number of cases after which noise, biases and places repeat, so that comparisons are fair.
     """
 
     irregularity: Level | None = None
@@ -88,7 +88,7 @@ class Motion:
     names : tuple of str
         Recorded states of the equipped model.
     derailed : ndarray of bool, shape (n_cases,)
-        Whether a case derailed at any time; it is followed on nevertheless.
+        Whether a case derailed at any time; it is still followed.
     """
 
     time: Array
@@ -112,18 +112,18 @@ class Rollout:
         None commands nothing.
     cases : sequence of Case
     track : Track, optional
-        Smooth, with ideal readings, when left out.
+        Track; smooth, with ideal readings, when left out.
     like : Controller, optional
-        A controller that takes over later: the observation and the control period are its own.
+        A controller that takes over later; it sets the observation and the control period.
     time_step : float
-        Of the integration, s.
+        Time step of the integration, s.
 
     Raises
     ------
     EquilibriumError
         If a case has no running equilibrium to start from.
     ParameterError
-        If the controller commands or reads something else than the model has.
+        If the controller's readings or commands are not those of the model.
     """
 
     def __init__(
@@ -168,9 +168,9 @@ class Rollout:
         self.derailed |= self.fleet.derailed
 
     def run(self, duration: float, names: Sequence[str] | None = None, every: int = 1) -> Motion:
-        """Advance by a duration (s) and record states, every so many control periods.
+        """Advance by a duration (s) and record states every ``every`` control periods.
 
-        The lateral displacement of the leading wheelset is recorded unless some are named.
+        By default the lateral displacement of the leading wheelset is recorded.
         """
         states = self.fleet.model.state_names
         names = [leading(self.fleet.model)] if names is None else names
@@ -192,7 +192,7 @@ def leading(model: Equipped) -> str:
 
 
 def startable(model: Equipped, cases: Sequence[Case]) -> list[bool]:
-    """Return for each case whether it has a running equilibrium that a rollout can start from."""
+    """Return for each case whether it has a running equilibrium from which a rollout can start."""
     track = Track()
     settings = _settings(model, None, cases, track, 1e-3)
     fleet = Fleet(settings, 1, 1)

@@ -1,4 +1,4 @@
-"""How runs of several controllers are drawn."""
+"""Drawings of runs of several controllers."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ def plot_histories(
     Parameters
     ----------
     controllers : mapping of str to (Controller or None)
-        None is the vehicle alone.
+        None for the vehicle alone.
     model : Model
     speed, radius, cant : float
         m/s, m, rad.
     offset : float
-        m, lateral, of all bodies at the start.
+        Lateral displacement of all bodies at the start, m.
     duration : float
         s.
     """

@@ -1,4 +1,4 @@
-"""Derivatives of a rollout, backwards in time: what a loss on states says of every command given.
+"""Derivatives of a rollout, backwards in time: the gradient of a loss on states by every command.
 
 A rollout runs in the environments' own kernel. The adjoint goes back through the same Runge-Kutta
 steps, whose stages it computes again from the recorded states, with the exact Jacobian of the equations
@@ -22,14 +22,14 @@ from railenv.kernels.loader import LANES
 Array = NDArray[np.float64]
 
 SMALL = 1e-3
-"""Motion about steady running, in units of the model's scale, up to which one map serves all periods.
+"""Motion about steady running, in units of the model's scale, below which one map fits all periods.
 
-What motion does to the Jacobian is even in it on tangent track, so that the map is off by 1e-6.
+On tangent track the Jacobian's change is even in the motion, so that the map's error is 1e-6.
 """
 
 
 class Pulled(NamedTuple):
-    """Derivatives of a loss by what a control period starts from and is driven by.
+    """Derivatives of a loss by the initial state and the commands of a control period.
 
     Attributes
     ----------
@@ -53,12 +53,12 @@ class _Step(NamedTuple):
 
 
 class Adjoint:
-    """Goes back through the control periods of a rollout.
+    """The adjoint of a rollout, which goes back through its control periods.
 
     Parameters
     ----------
     rollout : Rollout
-        Just made: its vehicles, speeds, track and time step are taken from it. It is not changed.
+        A new rollout, which gives vehicles, speeds, track and time step. It is not changed.
     """
 
     def __init__(self, rollout: Rollout) -> None:
@@ -112,7 +112,7 @@ class Adjoint:
         k : int
             Control periods since the start of the rollout.
         state : ndarray, shape (n, n_states)
-            At the start of the period.
+            State at the start of the period.
         shares : ndarray, shape (more than k, n, n_actuators)
             Commands of every period, as shares of their limits, from -1 to 1.
         by_end : ndarray, shape (n, n_states)
@@ -121,12 +121,12 @@ class Adjoint:
         Returns
         -------
         Pulled
-            Commands older than the rollout are left out.
+            Derivatives; commands older than the rollout are left out.
         """
         still = (np.abs(state - self.still) <= SMALL * self._scale).all(axis=1)
         if self._rails.uneven:
             still[:] = False
-        # a block is gone through as a whole, and costs as much as a thousand maps
+        # a block is processed as a whole, and costs as much as a thousand maps
         blocks = np.flatnonzero(~np.logical_and.reduceat(still, range(0, len(still), self._lanes)))
         pulled = self._by_map(by_end) if len(blocks) < len(self._blocks) else None
         if len(blocks):
@@ -143,7 +143,7 @@ class Adjoint:
         return Pulled(pulled.state, {age: g for age, g in pulled.commands.items() if age <= k})
 
     def _by_map(self, by_end: Array) -> Pulled:
-        """Go back through a period of a small motion: the same map, always."""
+        """Go back through a period of a small motion, always by the same map."""
         if self._map is None:
             self._map = self._mapped()
         column = by_end[:, :, None]
@@ -182,7 +182,7 @@ class Adjoint:
         for step in reversed(self._staged(k, state, shares, blocks, rows)):
             self._drive(step, blocks)
             h, whole, before = step.length, back, np.zeros_like(back)
-            # from the last stage to the first: how much its slope counts, how far the next one goes
+            # from the last stage to the first: weight of its slope, step to the next
             for x, weight, ahead in zip(
                 reversed(step.stages), (1.0, 2.0, 2.0, 1.0), (0.0, h, 0.5 * h, 0.5 * h), strict=True
             ):
@@ -205,7 +205,7 @@ class Adjoint:
         blocks: NDArray[np.intp],
         rows: NDArray[np.intp],
     ) -> list[_Step]:
-        """Run a period once more; return the states of the stages of every step."""
+        """Run a period again; return the states of the stages of every step."""
         x = _in_lanes(state[rows], self._lanes)
         steps = []
         for i, (h, age) in enumerate(self._steps):
@@ -252,12 +252,12 @@ class Adjoint:
 
 
 class _Rails:
-    """Displacements of the rails under every wheelset, step by step, as the environments have them.
+    """Displacements of the rails under every wheelset, step by step, as in the environments.
 
     Attributes
     ----------
     columns : ndarray
-        Which inputs of the model they are.
+        Their indices among the inputs of the model.
     uneven : bool
         Whether any vehicle runs on irregular track.
     """
@@ -278,7 +278,7 @@ class _Rails:
         self.uneven = bool(self._levels.any() and len(self.columns))
 
     def at(self, k: int, step: int) -> Array | None:
-        """Return them in a step of control period k, shape (n, columns); None where they are even."""
+        """Return them in a step of control period k, shape (n, columns); None if they are zero."""
         if not self.uneven:
             return None
         s = self._speeds * (k * self._period + self._middles[step])

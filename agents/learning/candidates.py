@@ -27,7 +27,7 @@ _SMALLEST_SCALE = 1e-3  # of an input
 
 
 class Population(Controller):
-    """Candidates side by side: each runs the same cases, with weights of its own."""
+    """Candidates side by side: each runs the same cases with its own weights."""
 
     def __init__(self, frame: LearnedPolicy, gains: Array) -> None:
         settings = frame.memory
@@ -57,7 +57,7 @@ class Population(Controller):
 
 
 class Candidates:
-    """What a search asks of weights: a policy, its returns, its robust critical speed.
+    """The evaluation of weights in a search: a policy, its returns, its robust critical speed.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ class Candidates:
         return np.asarray(gains / self.authority)
 
     def policy(self, weights: Array, about: Mapping[str, Any]) -> LearnedPolicy:
-        """Return weights as a policy."""
+        """Return the policy with some weights."""
         width = len(self._signs)
         network = Network(
             weights=(self._gains(weights[None])[0],),

@@ -1,9 +1,9 @@
-"""Checkpoints of a training run, from which it goes on as if it had never stopped.
+"""Checkpoints of a training run, from which it continues as if it had never stopped.
 
 They hold everything that changes: networks and optimisers, normalisation, replay buffer, the vehicles'
-states and random generators, those of torch, NumPy and Python, and what the callback has counted. They
-contain pickles: open only your own. The hashes of their files are kept with them, so that none that is
-damaged is opened. Needs the extra ``rl``.
+states and random generators, those of torch, NumPy and Python, and the counts of the callback. They
+contain pickles: open only your own. The hashes of their files are kept with them, so that damaged ones
+are not opened. This module needs the extra ``rl``.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from agents.learning.memory_env import MemoryVecEnv
 from railenv.errors import ParameterError
 
 KEPT = 2
-"""Number of checkpoints that stay."""
+"""Number of checkpoints kept."""
 
 _FOLDER = "checkpoints"
 _PARTIAL = ".partial-"
@@ -42,13 +42,13 @@ def save(directory: Path, model: BaseAlgorithm, env: MemoryVecEnv, counted: dict
     Parameters
     ----------
     directory : Path
-        Of the run.
+        Directory of the run.
     model : BaseAlgorithm
-        Between rollouts.
+        The model, between rollouts.
     env : MemoryVecEnv
         Its environment, without normalisation.
     counted : dict
-        What the callback keeps.
+        Counts of the callback.
     """
     folder = directory / _FOLDER
     folder.mkdir(exist_ok=True)
@@ -76,7 +76,7 @@ def latest(directory: Path) -> Path:
     Raises
     ------
     ParameterError
-        If there is none.
+        If there is no checkpoint.
     """
     found = _complete(directory / _FOLDER)
     if not found:
@@ -107,7 +107,7 @@ def _state(model: BaseAlgorithm, env: MemoryVecEnv, counted: dict[str, Any]) -> 
 
 
 def check(path: Path) -> None:
-    """Raise ParameterError if a checkpoint is not as it was written."""
+    """Raise ParameterError if a checkpoint has changed since it was written."""
     try:
         kept = json.loads((path / _HASHES).read_text(encoding="utf-8"))
         whole = kept == _hashes(path) and "model.zip" in kept
@@ -132,7 +132,7 @@ def _hashes(folder: Path) -> dict[str, str]:
 def load(
     path: Path, kind: type[BaseAlgorithm], env: MemoryVecEnv, device: str
 ) -> tuple[BaseAlgorithm, dict[str, Any]]:
-    """Return the model of a checkpoint in an environment put back to where it was, and the counts.
+    """Return the model of a checkpoint in a restored environment, and the counts.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""How the shipped controllers are designed, tuned or learned."""
+"""Designs of the shipped controllers: classical, tuned or learned."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from design.linear.regulator import Disturbances, Weights
 from railenv import Equipped
 
 SCHEDULE = tuple(float(v) for v in range(20, 241, 20))
-"""m/s, between which scheduled regulators are linear."""
+"""Speeds (m/s) between which scheduled regulators are linear."""
 
 COARSE = tuple(float(v) for v in range(20, 181, 40))
-"""m/s, between which H-infinity controllers are linear."""
+"""Speeds (m/s) between which H-infinity controllers are linear."""
 
 SEED = 0
-"""Of what is learned."""
+"""Seed of the learned controllers."""
 
 Design = Callable[[Equipped], Controller]
 
@@ -52,9 +52,9 @@ DESIGNS: Mapping[str, Design] = {
     "learned-by-gradient": lambda model: train_through(model, seed=SEED, progress=True).policy,
     "lqr-scheduled": lambda model: LQR.design(model, speeds=SCHEDULE, weights=Weights()),
 }
-"""How each is designed, tuned or learned.
+"""Function that designs, tunes or learns each controller.
 
-``learned`` has the shipped output feedback below it, ``learned-by-gradient`` starts from random
+``learned`` has the shipped output feedback as its base, ``learned-by-gradient`` starts from random
 weights.
 """
 
@@ -88,7 +88,7 @@ def _two_wheelsets(model: Equipped) -> Controller:
 
 
 def _all_three(model: Equipped) -> Controller:
-    """Tune on from what actuators at the wheelsets do by themselves."""
+    """Tune on from the gains of actuators at the wheelsets alone."""
     wheelsets = shipped("output-feedback", "bogie-primary-v1")
     assert isinstance(wheelsets, ScheduledController)
     alone = np.array(wheelsets.about["gains"])
@@ -142,4 +142,4 @@ PROBLEM_DESIGNS: Mapping[str, Mapping[str, Design]] = {
     "crh380a-v1": {"adaptive-lqg": _adaptive_train},
     "dual-wheelset-v1": {"output-feedback": _two_wheelsets},
 }
-"""How controllers are designed for each problem; what takes long is shipped, too."""
+"""Designs of controllers for each problem; those that take long are also shipped."""

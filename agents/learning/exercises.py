@@ -1,4 +1,4 @@
-"""Exercises by which a policy is trained through the simulator: vehicles, speeds and small motions."""
+"""Exercises for training a policy through the simulator: vehicles, speeds and small motions."""
 
 from __future__ import annotations
 
@@ -24,33 +24,33 @@ def _ranges() -> dict[str, tuple[float, float]]:
 
 @dataclass(frozen=True, kw_only=True)
 class Exercises:
-    """Which runs a policy is trained on, and what is asked of them.
+    """The runs on which a policy is trained, and the requirements for them.
 
     Attributes
     ----------
     ranges : mapping of str to (float, float)
         Numbers of the vehicle that differ from run to run; those that a model lacks are left out.
     levels : int
-        Values of each range, evenly from end to end. Every vehicle they make is there at every speed:
-        the worst ones are at the corners, and between them others become the worst when left out.
+        Number of values of each range, evenly from end to end. Every resulting vehicle runs at every
+        speed: the worst ones are at the corners, but others between them become the worst if left out.
     speeds : (float, float)
-        m/s. A vehicle that nothing stabilises at the highest one costs most, and is all that is learned
-        for then.
+        Range of speeds, m/s. A vehicle that no controller stabilises at the highest one costs most, and
+        dominates the training.
     stops : int
-        Speeds, both ends included, closer to each other towards the highest.
+        Number of speeds, both ends included, closer to each other towards the highest.
     horizon : float
-        s.
+        Duration of a run, s.
     decay : float
-        Rate (1/s) at which every motion is to decay; faster earns nothing.
+        Rate (1/s) at which every motion should decay; faster decay earns nothing.
     effort : float
         Weight of the mean squared command, in shares of the limit.
     rough : int
-        Vehicles drawn from the same ranges, on irregular track (ERRI B176, low) and from an offset; 0
-        for none.
+        Number of vehicles drawn from the same ranges, on irregular track (ERRI B176, low) and from an
+        offset; 0 for none.
     rough_weight : float
-        Of their cost: on irregular track no motion dies out, and its cost stays the largest.
+        Weight of their cost: on irregular track no motion dies out, and its cost stays the largest.
     offset : float
-        m, largest of those; all bodies start moved sideways, by at least half of it, either way.
+        Largest offset, m; all bodies start displaced sideways, by at least half of it, either way.
     """
 
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=_ranges)

@@ -16,33 +16,33 @@ from railenv.envs.settings import Settings
 from railenv.errors import EquilibriumError
 
 HIGHEST_SPEED = 400.0
-"""m/s, up to which critical speeds are searched; a policy that never loses stability gets it.
+"""Highest speed of the search for critical speeds (m/s); a policy that is always stable gets it.
 
-One that is unstable at the lowest speed already, or has no equilibrium there, gets zero.
+A policy that is unstable at the lowest speed, or has no equilibrium there, gets zero.
 """
 
 LOWEST_SPEED = 20.0
-"""m/s, from which on a policy has to be stable, though it may have been trained for faster running.
+"""Speed (m/s) above which a policy must be stable, even if it was trained for faster running.
 
-A train gets to its speed through all below.
+A train reaches its speed through all lower ones.
 """
 
 
 @dataclass(frozen=True)
 class Judged:
-    """What an evaluation found.
+    """The result of an evaluation.
 
     Attributes
     ----------
     timesteps : int
         Environment steps of training before it.
     mean_return : float
-        Over the episodes, before any normalisation.
+        Mean over the episodes, before any normalisation.
     derailed : float
-        Share of the episodes.
+        Share of the episodes that derailed.
     critical_speed : float
-        m/s, linear, of the vehicle on tangent track; where the criterion is the robust one, the lowest
-        over the corners of ``randomize``.
+        Linear critical speed of the vehicle on tangent track, m/s; with the robust criterion, the
+        lowest over the corners of ``randomize``.
     """
 
     timesteps: int
@@ -51,13 +51,13 @@ class Judged:
     critical_speed: float
 
     def score(self, criterion: Criterion, highest: float) -> tuple[float, float]:
-        """Return what the best policy has most of, and what decides between those alike in it.
+        """Return the criterion that the best policy maximises, and the one that decides ties.
 
         Parameters
         ----------
         criterion : str
         highest : float
-            m/s, of the speeds trained: beyond it no policy is asked anything.
+            Highest speed trained, m/s; faster running does not count.
         """
         reached = 0.0 if criterion == "return" else min(self.critical_speed, highest)
         return reached, self.mean_return
@@ -71,19 +71,19 @@ def judge(
     how: Evaluation,
     settings: Settings,
 ) -> Judged:
-    """Evaluate a model; changes nothing of it, and draws no random number outside ``env``.
+    """Evaluate a model without changing it or drawing random numbers outside ``env``.
 
     Parameters
     ----------
     model : BaseAlgorithm
     env : VecEnv
-        With ``how.episodes`` vehicles, and statistics that do not change.
+        Environment with ``how.episodes`` vehicles, and fixed statistics.
     policy : LearnedPolicy
-        The model's.
+        Policy of the model.
     vehicle : Equipped
     how : Evaluation
     settings : Settings
-        Of the environment.
+        Settings of the environment.
     """
     returns, derailed = _episodes(model, env, how.seed)
     ranges = settings.randomize if how.criterion == "robust_critical_speed" else {}

@@ -1,4 +1,4 @@
-"""How learning is drawn, in the style of :mod:`design.style`."""
+"""Drawings of learning, in the style of :mod:`design.style`."""
 
 from __future__ import annotations
 

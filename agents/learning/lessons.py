@@ -1,7 +1,7 @@
-"""Lessons of a policy search: episodes in the environment, and what they tell of a policy.
+"""Lessons of a policy search: episodes in the environment, and the scores of policies in them.
 
-What has to die out is judged by how fast it does: an unstable vehicle shows long before its motion is
-large, and a small limit cycle counts as what it is.
+A motion that should die out is judged by its rate of decay: an unstable vehicle shows long before its
+motion is large, and a small limit cycle does not count as decay.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ from railenv.errors import ParameterError
 Array = NDArray[np.float64]
 
 TINY = 1e-8
-"""m, offset of all bodies from which small motions start, far from every limit."""
+"""Offset (m) of all bodies from which small motions start, far from every limit."""
 
 _WINDOW = 0.2  # s over which the energy of a motion is read
-_EFFORT = 4.0  # of the mean squared moment (share of the limit), beside the motion on a ride
-_GROWING = 0.1  # 1/s, rate from which on a motion that grows costs 1 more
-_UNIT = 9e-3  # m, an offset whose energy is about 1: the reward measures by the flange clearance
-_MOST = 1.0 - 1e-12  # cost of a motion that is not a number any more
-_NOTHING = 1e-26  # energy, as the terms of the reward measure it, below which a motion is over
+_EFFORT = 4.0  # weight of the mean squared moment (share of the limit), beside the motion on a ride
+_GROWING = 0.1  # 1/s, rate above which a growing motion costs 1 more
+_UNIT = 9e-3  # m, an offset whose energy is about 1, since the reward scales by the flange clearance
+_MOST = 1.0 - 1e-12  # cost of a motion that is no longer a number
+_NOTHING = 1e-26  # energy in the terms of the reward, below which a motion has died out
 
 
 def _small() -> tuple[Case, ...]:
     contact = ((0.05, 0.6), (0.05, 1.4), (0.2, 1.0), (0.4, 0.6), (0.4, 1.4))
     grid = [(c, k, v) for c, k in contact for v in (20.0, 30.0, 55.0, 85.0, 110.0, 125.0)]
-    # the second mode grows from 129 m/s on with the most worn wheels on the cleanest rails
+    # above 129 m/s the second mode grows with the most worn wheels on the cleanest rails
     fast = [(0.4, 1.4, v) for v in (127.0, 129.0, 130.0, 131.0, 132.0, 133.0, 134.0)]
     fast += [(0.3, 1.4, 134.0), (0.12, 1.0, 140.0), (0.3, 1.0, 100.0), (0.4, 1.0, 100.0)]
     poor = [(0.15, 0.6, v) for v in (80.0, 130.0)] + [(0.25, 0.6, v) for v in (100.0, 130.0)]
@@ -83,18 +83,18 @@ def _rides() -> tuple[Case, ...]:
 
 @dataclass(frozen=True, kw_only=True)
 class Lessons:
-    """Episodes by which policies are judged.
+    """Episodes that judge policies.
 
     Attributes
     ----------
     small, large : tuple of Case
-        Runs on smooth track whose offset has to die out.
+        Runs on smooth track whose offset should die out.
     rides : tuple of Case
-        Runs on irregular track (ERRI B176, low), on which motion and moment are to stay small.
+        Runs on irregular track (ERRI B176, low), on which motion and moment should stay small.
     duration : float
-        s.
+        Duration of an episode, s.
     decay : float
-        Rate (1/s) at which offsets are to die out; faster earns nothing.
+        Rate (1/s) at which offsets should die out; faster decay earns nothing.
     ride : float
         Weight of the rides.
     """
@@ -133,13 +133,13 @@ class Lessons:
         return {**runs, "duration": self.duration, "decay": self.decay, "ride": self.ride}
 
     def scores(self, model: Equipped, controller: Controller, count: int = 1) -> Array:
-        """Return the scores of ``count`` policies that run side by side in one controller.
+        """Return the scores of ``count`` policies run side by side in one controller.
 
-        The score is minus the sum of the cubes of what rates of growth exceed ``-decay`` by, less 1 for
-        every motion that grows (in proportion below 0.1 1/s), less ``ride`` times the decimal logarithm
-        of the mean motion and moment on the rides. The rate of a case is the slope of its motion's
-        logarithm over the last half, and for small offsets not less than that over the whole: a motion
-        that has grown into a limit cycle does not count as steady.
+        The score is minus the sum of the cubes of the excesses of the growth rates over ``-decay``,
+        minus 1 for every motion that grows (in proportion below 0.1 1/s), minus ``ride`` times the
+        decimal logarithm of the mean motion and moment on the rides. The rate of a case is the slope of
+        its motion's logarithm over the last half, and for small offsets at least that over the whole: a
+        motion that has grown into a limit cycle does not count as steady.
 
         Parameters
         ----------
@@ -192,7 +192,7 @@ class Lessons:
 
 
 def _energy(cost: Array) -> Array:
-    """Return the bounded energy of a motion from its cost in the reward, which tells its amplitude."""
+    """Return the bounded energy of a motion from its cost in the reward, which gives its amplitude."""
     energy = (QUIET * cost / (1.0 - np.minimum(cost, _MOST))) ** 2
     return np.asarray(energy / (1.0 + energy))
 

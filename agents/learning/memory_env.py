@@ -1,4 +1,4 @@
-"""The environment of Stable-Baselines3 with a memory and a base controller around the vehicle.
+"""The environment for Stable-Baselines3 with a memory and a base controller around the vehicle.
 
 Needs the extra ``rl``.
 """
@@ -21,15 +21,15 @@ from railenv.errors import ParameterError
 
 
 class MemoryVecEnv(VecEnvWrapper):
-    """Observations get the features of a memory; actions are added to those of a base controller.
+    """Environments with a memory's features in observations and actions on top of a base controller's.
 
     Parameters
     ----------
     venv : HuntingVecEnv
     memory : MemorySettings
-        Its ``history`` must be that of the environment.
+        Settings; ``history`` must be that of the environment.
     base : ScheduledController, optional
-        Controller that acts on every vehicle; the action is added to its own.
+        Controller that acts on every vehicle; the action is added to its command.
     authority : float
         Share of the limit that an action of 1 adds.
 
@@ -78,7 +78,7 @@ class MemoryVecEnv(VecEnvWrapper):
         return np.concatenate([observations, features.astype(np.float32)], axis=1)
 
     def step_async(self, actions: NDArray[Any]) -> None:
-        """Command what base and action add up to."""
+        """Command the sum of base and action."""
         asked = np.clip(np.asarray(actions, dtype=float), -1.0, 1.0)
         shares = np.clip(self.memory.demand + self.authority * asked, -1.0, 1.0)
         self.memory.advance(shares)

@@ -1,8 +1,8 @@
-"""Networks for Stable-Baselines3 that know the mirror symmetry of track and vehicle.
+"""Networks for Stable-Baselines3 with the mirror symmetry of track and vehicle.
 
 The mirror image of a motion needs the mirror image of the moment. An odd actor has this by
-construction: ``(f(x) - f(S x)) / 2`` with S the signs by which observations change. No deviation then
-gets no moment. Critics of PPO and A2C are even: ``(g(x) + g(S x)) / 2``. Needs the extra ``rl``.
+construction: ``(f(x) - f(S x)) / 2`` with S the signs by which observations change. Zero deviation then
+gets zero moment. Critics of PPO and A2C are even: ``(g(x) + g(S x)) / 2``. Needs the extra ``rl``.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Mirrored(nn.Module):
     signs : sequence of float
         +1 or -1 for every input.
     parity : {-1, 1}
-        -1 is odd, 1 even.
+        -1 for odd, 1 for even.
     """
 
     signs: Tensor
@@ -79,7 +79,7 @@ class MirrorActorCriticPolicy(ActorCriticPolicy):
 
 
 class _OddGaussianActor:
-    """The part that the actors of SAC and TQC share: a mean that is odd, a spread that is even."""
+    """The common part of the actors of SAC and TQC: an odd mean and an even spread."""
 
     features_extractor: Any
     mu: Any
@@ -181,9 +181,9 @@ class MirrorTD3Policy(TD3Policy):
 
 
 class MirroredMeanStd(RunningMeanStd):
-    """Running statistics of observations to which their mirror images belong as well.
+    """Running statistics of observations together with their mirror images.
 
-    The mean of what changes sign is then zero, and its variance the mean square.
+    The mean of quantities that change sign is then zero, and their variance the mean square.
     """
 
     def __init__(self, signs: NDArray[np.float64]) -> None:

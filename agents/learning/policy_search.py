@@ -1,9 +1,9 @@
-"""Policy search: episodes tell which of many policies is better (CMA-ES, no gradient of returns).
+"""Policy search by the returns of episodes, without their gradient (CMA-ES).
 
 An odd linear network on top of a base controller (:class:`agents.LearnedPolicy`) is judged by its
 returns over a fixed set of vehicles and speeds (:mod:`agents.learning.lessons`). It starts from weights
-that linear models suggest (:mod:`agents.learning.policy_start`). The covariance matrix adaptation is
-that of the package ``cma`` (extra ``rl``).
+found on linear models (:mod:`agents.learning.policy_start`). The covariance matrix adaptation is that
+of the package ``cma`` (extra ``rl``).
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 MEMORY = MemorySettings(corners=(0.2, 2.0, 12.0), past_commands=2, schedule=(20.0, 240.0))
-"""What a searched policy remembers, if not told otherwise."""
+"""Default memory of a searched policy."""
 
 
 @dataclass(frozen=True)
@@ -46,9 +46,9 @@ class Searched:
         Mean score of each generation; see :class:`Lessons`.
     judged : ndarray, shape (n_judged, 3)
         Generation, robust critical speed (m/s; 0 if unstable at the lowest speed) and score of the
-        search's mean policy then. The first is the policy that the search started from.
+        search's mean policy then. The first is the policy from which the search started.
     episodes : int
-        Episodes that were run in all.
+        Total number of episodes.
     """
 
     policy: LearnedPolicy
@@ -83,40 +83,42 @@ def search_policy(
     """Search a policy on top of a base controller by the returns of its episodes.
 
     The policy is linear in the features of its memory and odd, and steady readings cancel in it, so it
-    adds nothing at rest, be it on a curve. It starts from what linear models suggest. The search moves
-    a normal distribution of weights towards the better episodes. Every few generations, and at the
-    end, its mean is judged. What comes out is, of the judged ones whose robust critical speed is by
-    ``gain`` above the base's, the one with the best score; if there are none, the most robust.
+    adds nothing in steady running, even on a curve. It starts from weights found on linear models. The
+    search moves a normal distribution of weights towards the better episodes. Every few generations,
+    and at the end, its mean is judged. The result is the policy with the best score among those judged
+    whose robust critical speed is at least ``gain`` above the base's; if there are none, the most
+    robust one.
 
     Parameters
     ----------
     model : Equipped
-        With any number of actuators.
+        Vehicle with any number of actuators.
     base : ScheduledController
     lessons : Lessons, optional
     memory : MemorySettings, optional
-        ``MEMORY`` when left out.
+        Memory; ``MEMORY`` when left out.
     aim : Aim, optional
-        What the start is to reach in linear models.
+        Goal for the start in linear models.
     authority : float
         Largest share of the limit that the network commands.
     generations, population : int
     spread : float
-        Of the first generation's weights about the start, in shares of the limit for a usual input.
+        Spread of the first generation's weights about the start, in shares of the limit for a usual
+        input.
     judge_every : int
         Generations between judgements.
     gain : float
-        m/s, by which the robust critical speed of what comes out is to be above the base's.
+        Required gain in robust critical speed of the result over the base, m/s.
     seed : int
     period : float
         Control period, s.
     progress : bool
-        Show a progress bar. An interrupt (Ctrl-C) returns what was found until then.
+        Show a progress bar. An interrupt (Ctrl-C) returns the results found so far.
 
     Raises
     ------
     ParameterError
-        If the base does not suit the model.
+        If the base does not fit the model.
     MissingPackageError
         If the package ``cma`` (extra ``rl``) is missing.
     """
@@ -153,7 +155,7 @@ def search_policy(
 
 @dataclass(frozen=True)
 class _Judged:
-    """A search's mean weights at some generation, and what they reach."""
+    """A search's mean weights at some generation, and their results."""
 
     generation: int
     weights: Array
@@ -162,7 +164,7 @@ class _Judged:
 
 
 class _Path:
-    """The generations of a search (CMA-ES), and what was judged on the way."""
+    """The generations of a search (CMA-ES), and the means judged on the way."""
 
     def __init__(
         self, candidates: Candidates, aim: Aim, spread: float, options: dict[str, int]
@@ -176,7 +178,7 @@ class _Path:
         self._strategy = cma.CMAEvolutionStrategy(start, spread, options)
 
     def run(self, generations: int, judge_every: int, progress: bool) -> None:
-        """Go on by some generations; an interrupt (Ctrl-C) ends them early."""
+        """Run some more generations; an interrupt (Ctrl-C) ends them early."""
         turns: Iterable[int] = range(1, generations + 1)
         if progress:
             from rich.progress import track
@@ -189,7 +191,7 @@ class _Path:
             pass
 
     def _advance(self, *, judge: bool) -> None:
-        """Go on by a generation, and judge its mean if asked to."""
+        """Run one more generation, and optionally judge its mean."""
         weights = np.array(self._strategy.ask())
         scores = self.candidates.scores(weights)
         self._strategy.tell(weights, (-scores).tolist())
@@ -208,7 +210,7 @@ class _Path:
 
 
 def _best(judged: list[_Judged], wanted: float) -> _Judged:
-    """Return the one of the best score of those as robust as wanted (m/s), else the most robust."""
+    """Return the best score among those as robust as wanted (m/s), else the most robust."""
     enough = [row for row in judged if row.robust >= wanted]
     if enough:
         return max(enough, key=lambda row: row.score)

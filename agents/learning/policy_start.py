@@ -1,8 +1,8 @@
-"""Where a policy search starts: weights at which every vehicle of a family decays, from linear models.
+"""The start of a policy search: weights with which every vehicle of a family decays, by linear models.
 
 Episodes hardly show how to damp a mode that a policy does not yet move; the linearised closed loop
-does. Its eigenvalues are differentiable in the weights of a policy that is linear in its inputs, so
-what growth rates exceed their aim by is minimised with its gradient. The search goes on from there.
+does. Its eigenvalues are differentiable in the weights of a policy that is linear in its inputs, so the
+excess of growth rates over their aim is minimised with its gradient. The search goes on from there.
 """
 
 from __future__ import annotations
@@ -25,24 +25,24 @@ from railenv.errors import ParameterError
 
 Array = NDArray[np.float64]
 
-_SLOWEST = 4  # modes of each plant that are looked at
+_SLOWEST = 4  # modes of each plant that count
 _STEP = 1e-3  # of a weight; loops are affine in the weights, so any step is exact
 
 
 @dataclass(frozen=True, kw_only=True)
 class Target:
-    """Vehicles at speeds at which all of them are to be stable.
+    """Vehicles and speeds at which all of them should be stable.
 
     Attributes
     ----------
     conicities, speeds : tuple of float
         Every conicity at every speed (m/s).
     creep_factor : float
-        Of these vehicles.
+        Creep factor of these vehicles.
     radius, cant : float
         m, rad.
     weight : float
-        How much they count.
+        Their weight.
     """
 
     conicities: tuple[float, ...]
@@ -80,14 +80,14 @@ def _curve(radius: float, *speeds: float) -> Target:
 
 @dataclass(frozen=True, kw_only=True)
 class Aim:
-    """What the start is to reach.
+    """The goal of a start.
 
     Attributes
     ----------
     targets : tuple of Target
-        The first has to be met before the next is added, and so on.
+        Each target must be met before the next is added.
     decay : float
-        Rate (1/s) at which every motion is to decay; faster earns nothing.
+        Rate (1/s) at which every motion should decay; faster decay earns nothing.
     size : float
         Weight of the squared weights, which keeps moments small.
     """
@@ -119,25 +119,25 @@ def start_weights(
     period: float,
     iterations: int = 300,
 ) -> Array:
-    """Return weights that minimise the cubes of what growth rates exceed ``-aim.decay`` by.
+    """Return weights that minimise the cubes of the excesses of growth rates over ``-aim.decay``.
 
     Parameters
     ----------
     model : Equipped
     signals : list of str
-        What the policy reads, names of :mod:`design.loop.feedback`.
+        Readings of the policy, by names of :mod:`design.loop.feedback`.
     loop_of : callable
-        Gives the policy of some weights; its linearisation must be affine in them.
+        Returns the policy with some weights; its linearisation must be affine in them.
     dimension : int
         Number of weights.
     aim : Aim
     period : float
         Control period, s.
     iterations : int
-        Of the quasi-Newton method, with each target that is added.
+        Iterations of the quasi-Newton method for each added target.
     """
     weights, plants = np.zeros(dimension), []
-    # one target after the other: from nothing, all at once lead to where the first one is not met
+    # one target after the other: started from zero, all at once end where the first is not met
     for target in aim.targets:
         changes = vehicles_of_service(model, target.conicities, (target.creep_factor,))
         family = Family.of(model, signals, changes, target.speeds, period, target.radius, target.cant)

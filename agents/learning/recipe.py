@@ -1,4 +1,4 @@
-"""How a policy is trained: everything that makes a training run, checked, from YAML files or keywords.
+"""Recipes of training runs: all settings, checked, from YAML files or keywords.
 
 The files have the form of rl-zoo3's: one for each algorithm, an entry for each environment, whose keys
 are either those below or keywords of the algorithm.
@@ -27,7 +27,7 @@ Criterion = Literal["critical_speed", "robust_critical_speed", "return"]
 Normalized = Literal["rewards", "observations"]
 
 ENVIRONMENTS = tuple(task.id for task in TASKS)
-"""Environments that policies can be trained in."""
+"""Environments in which policies can be trained."""
 
 
 @dataclass(frozen=True)
@@ -37,16 +37,16 @@ class Curriculum:
     Attributes
     ----------
     start : float
-        m/s, highest speed at first.
+        Highest speed at first, m/s.
     by : {"progress", "success"}
-        Widen evenly over a ``share`` of the training, or by ``step`` whenever enough episodes of those
-        since the last widening ended without derailment.
+        Widen evenly over a ``share`` of the training, or by ``step`` whenever enough episodes since the
+        last widening ended without derailment.
     share : float
-        Of the training, after which the whole range is used (``progress``).
+        Share of the training after which the whole range is used (``progress``).
     step : float
-        m/s (``success``).
+        Widening, m/s (``success``).
     threshold : float
-        Share of episodes (``success``).
+        Share of episodes without derailment (``success``).
     episodes : int
         Number of episodes that are judged (``success``).
     """
@@ -69,7 +69,7 @@ class Curriculum:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """How the policy is judged in between, in an environment of its own.
+    """Evaluations of the policy during training, in a separate environment.
 
     Attributes
     ----------
@@ -78,11 +78,11 @@ class Evaluation:
     episodes : int
         Number of episodes, always the same ones.
     seed : int
-        Of the first; episode i has ``seed + i``.
+        Seed of the first; episode i has ``seed + i``.
     criterion : {"critical_speed", "robust_critical_speed", "return"}
-        What the best policy has most of: linear critical speed on tangent track, from 20 m/s up and as
-        far as the speeds trained go, or its lowest value over the corners of ``randomize``, and among
-        those alike in that the mean return; or the mean return alone.
+        Criterion of the best policy: linear critical speed on tangent track, from 20 m/s up to the
+        highest speed trained, or its lowest value over the corners of ``randomize``, with ties decided
+        by the mean return; or the mean return alone.
     env_kwargs : mapping
         Changes of the environment's keywords for evaluation.
     """
@@ -114,29 +114,29 @@ class Recipe:
     env_id : str
         One of the registered tasks (:data:`railenv.tasks.TASKS`).
     n_timesteps : int
-        Environment steps.
+        Number of environment steps.
     seed : int
     n_envs : int
-        Vehicles side by side.
+        Number of vehicles side by side.
     device : str
-        torch's name of where the network is trained: ``"cpu"``, ``"cuda"`` or ``"auto"``.
+        torch's name of the device that trains the network: ``"cpu"``, ``"cuda"`` or ``"auto"``.
     threads : int
-        Of torch on the processor, for the whole process; small networks are fastest on one. 0 leaves
-        torch's own choice.
+        Number of torch's threads on the processor, for the whole process; small networks are fastest
+        with one. 0 leaves it to torch.
     symmetric : bool
         Whether the policy is odd under mirror symmetry by construction.
     normalize : {False, "rewards", "observations", True}
-        What is normalised by running statistics; True is both. Observations have a scale already:
-        normalised by what strong hunting makes of them they are small near the equilibrium, where
-        policies then tend to be unstable.
+        Quantities normalised by running statistics; True is both. Observations already have a scale:
+        normalised by their size in strong hunting they are small near the equilibrium, where policies
+        then tend to be unstable.
     env_kwargs : mapping
         Changes of the task's keywords, as plain values.
     memory : MemorySettings
-        ``history`` is that of ``env_kwargs``.
+        Memory; ``history`` is that of ``env_kwargs``.
     authority : float
         Share of the moment's limit that the network commands.
     base : str, optional
-        File of the controller whose action the policy's is added to.
+        File of the controller to whose action the policy's is added.
     curriculum : Curriculum, optional
     evaluation : Evaluation
     checkpoint_every : int
@@ -197,7 +197,7 @@ class Recipe:
 
     @property
     def normalizes(self) -> tuple[bool, bool]:
-        """Whether observations, and whether rewards are normalised."""
+        """Return whether observations and whether rewards are normalised."""
         chosen = self.normalize
         return chosen in (True, "observations"), chosen in (True, "rewards")
 
@@ -207,13 +207,13 @@ class Recipe:
         Parameters
         ----------
         evaluation : bool
-            Those of the evaluation.
+            Return those of the evaluation.
         """
         changes = self.evaluation.env_kwargs if evaluation else {}
         return {**self.env_kwargs, **changes}
 
     def plain(self) -> dict[str, Any]:
-        """Return it as plain data, from which :meth:`of` makes its equal."""
+        """Return the recipe as plain data, from which :meth:`of` makes an equal one."""
         data: dict[str, Any] = {}
         for f in dataclasses.fields(self):
             value = getattr(self, f.name)
@@ -233,7 +233,7 @@ class Recipe:
         Raises
         ------
         UnknownNameError
-            If a key is neither one of a recipe nor a keyword of the algorithm.
+            If a key belongs neither to a recipe nor to the keywords of the algorithm.
         ParameterError
             If a value is not allowed.
         """
@@ -252,12 +252,12 @@ class Recipe:
 
 
 def _keywords_of(env_id: str) -> Mapping[str, Any]:
-    """Return what a task sets by itself."""
+    """Return the keywords that a task sets."""
     return next(task.keywords for task in TASKS if task.id == env_id)
 
 
 def _check_complete(name: str, kind: type[Any], values: Mapping[str, Any]) -> None:
-    """Raise ParameterError where a field without a default is missing."""
+    """Raise ParameterError if a field without a default is missing."""
     for f in dataclasses.fields(kind):
         optional = (f.default, f.default_factory) != (dataclasses.MISSING, dataclasses.MISSING)
         if f.name not in values and not optional:
@@ -270,22 +270,22 @@ def recipe(
     changes: Mapping[str, Any] | None = None,
     config: str | PathLike[str] | None = None,
 ) -> Recipe:
-    """Return the shipped recipe for an environment, or that of a file, with some changes.
+    """Return the shipped recipe for an environment, or one from a file, with some changes.
 
     Parameters
     ----------
     algorithm : {"ppo", "sac", "td3", "tqc"}
     env_id : str
     changes : mapping, optional
-        Keys of a recipe or keywords of the algorithm; mappings within change single entries. Dots may
-        name them, as ``env_kwargs.speed_range``. None takes a key away.
+        Keys of a recipe or keywords of the algorithm; nested mappings change single entries, which
+        dots may also name, as in ``env_kwargs.speed_range``. None removes a key.
     config : path, optional
         YAML or JSON file in rl-zoo3's form, or the ``run.json`` of another run.
 
     Raises
     ------
     UnknownNameError
-        If algorithm, environment or a key is not known.
+        If the algorithm, the environment or a key is unknown.
     ParameterError
         If the file cannot be read, or a value is not allowed.
     """
@@ -298,7 +298,7 @@ def recipe(
     entry: dict[str, Any] = content[env_id]
     for name, value in checks.mapping("changes", changes).items():
         _change(entry, name.split("."), value)
-    entry.pop("policy", None)  # rl-zoo3's files name it; there is one
+    entry.pop("policy", None)  # rl-zoo3's files name it; there is only one
     return Recipe.of(algorithm, env_id, entry)
 
 

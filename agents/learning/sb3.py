@@ -1,4 +1,4 @@
-"""The vector environments for Stable-Baselines3, which then trains on the batch without subprocesses.
+"""An adapter of the vector environments to Stable-Baselines3, which trains on the batch in one process.
 
 Needs the extra ``rl``.
 
@@ -39,22 +39,22 @@ except ImportError:
     raise
 
 Indices = int | Iterable[int] | None
-"""Which environments are meant: one, some, or all."""
+"""Selection of environments: one, some, or all."""
 
 METHODS = ("episode_metrics", "get_state", "render", "reset", "set_state")
-"""What :meth:`HuntingVecEnv.env_method` calls."""
+"""Methods that :meth:`HuntingVecEnv.env_method` calls."""
 
 
 class HuntingVecEnv(VecEnv):
     """A railenv vector environment as a ``VecEnv``; :meth:`make` makes both.
 
     Numbers are those of the vector environment; rewards are float32. An environment that ends is reset
-    in the same step: the observation returned is the first of the new episode, and the info carries
-    what belongs to the ended one:
+    in the same step: the observation returned is the first of the new episode, and the info describes
+    the ended one:
 
     - ``terminal_observation``: its last observation;
-    - ``TimeLimit.truncated``: whether time ended it, and not a derailment;
-    - everything that the last info of a single environment has, by the same names: the last step's
+    - ``TimeLimit.truncated``: whether it was ended by time, not by a derailment;
+    - everything in the last info of a single environment, by the same names: the last step's
       reward terms (``hunting`` and so on), ``derailed``, what had been drawn, and readings of the
       episode (``hunting_amplitude`` and so on);
     - ``episode``: return ``r``, length ``l`` and wall time ``t``, as from ``Monitor``, which makes
@@ -65,7 +65,7 @@ class HuntingVecEnv(VecEnv):
     Parameters
     ----------
     vector_env : HuntingVectorEnv
-        Made with the autoreset mode SAME_STEP. It belongs to the adapter from then on.
+        Environment made with the autoreset mode SAME_STEP. It then belongs to the adapter.
     reward_terms : bool
         Put the reward's terms into the info of every step.
 
@@ -170,7 +170,7 @@ class HuntingVecEnv(VecEnv):
         Raises
         ------
         ParameterError
-            If there is not one for each environment.
+            If the number of dicts is not that of the environments.
         """
         if options is None or isinstance(options, Mapping):
             self._options = list(broadcast_options(options, self.num_envs))
@@ -194,7 +194,7 @@ class HuntingVecEnv(VecEnv):
         seeds: Sequence[int | None],
         options: Sequence[Mapping[str, Any]],
     ) -> NDArray[np.float32]:
-        """Reset some environments, together those that pin the same quantities."""
+        """Reset some environments, those that pin the same quantities together."""
         rows = list(rows)
         groups: dict[tuple[str, ...], list[int]] = {}
         for i in rows:
@@ -212,7 +212,7 @@ class HuntingVecEnv(VecEnv):
         return observations
 
     def _begin(self, rows: Sequence[int]) -> None:
-        """Note that episodes have begun."""
+        """Record the start of episodes."""
         self._returns[rows] = 0.0
         self._lengths[rows] = 0
         for i in rows:
@@ -260,7 +260,7 @@ class HuntingVecEnv(VecEnv):
         return observations, rewards.astype(np.float32), dones, infos
 
     def _last_info(self, i: int, found: Mapping[str, Any]) -> dict[str, Any]:
-        """Return what the last step's info says of an episode."""
+        """Return an episode's values from the last step's info."""
         last = found["final_info"]
         info: dict[str, Any] = {name: values[i] for name, values in last.items() if f"_{name}" in last}
         info["terminal_observation"] = found["final_obs"][i]
@@ -303,9 +303,9 @@ class HuntingVecEnv(VecEnv):
         ----------
         method_name : {"episode_metrics", "get_state", "render", "reset", "set_state"}
         *method_args, **method_kwargs
-            As for the single environment; every environment gets the same.
+            Arguments, as for the single environment; the same for every environment.
         indices : int or iterable of int, optional
-            Which environments; all when left out.
+            Selected environments; all when left out.
 
         Returns
         -------
@@ -403,7 +403,7 @@ class HuntingVecEnv(VecEnv):
         Raises
         ------
         ParameterError
-            If it is one of the environments' own, or a setting: those do not change.
+            If it is one of the environments' own attributes or a setting, which do not change.
         """
         settings = [f.name for f in dataclasses.fields(Settings)]
         if attr_name in settings or hasattr(self.vector_env, attr_name):
@@ -418,10 +418,10 @@ class HuntingVecEnv(VecEnv):
     def env_is_wrapped(
         self, wrapper_class: type[gym.Wrapper[Any, Any, Any, Any]], indices: Indices = None
     ) -> list[bool]:
-        """Tell whether environments are wrapped: never, but infos are such as ``Monitor`` gives.
+        """Return whether environments are wrapped: never, but infos are like those of ``Monitor``.
 
         The answer for ``Monitor`` is therefore yes: ``evaluate_policy`` then takes returns from the
-        infos, and means those before any normalisation.
+        infos, which are those before any normalisation.
         """
         return [wrapper_class is Monitor] * len(self._rows(indices))
 
@@ -443,7 +443,7 @@ class HuntingVecEnv(VecEnv):
         self.vector_env.close()
 
 
-# In the lane kernel's buffers, values of one environment are spread over a block; all else of a
+# In the lane kernel's buffers, values of one environment are spread over a block; everything else in a
 # fleet's snapshot has one entry per environment.
 _BLOCKS = ("_blocks", "_extras")
 

@@ -1,7 +1,7 @@
-"""Policies that add nothing to steady readings: which inputs have weights, and which follow from them.
+"""Policies that do not respond to steady readings: inputs with weights, and those that follow.
 
-What a curve adds to a reading passes all its filters alike, and together they must not see it: the
-weight of the slowest filter of a reading is minus the sum of its other weights.
+The steady part of a reading on a curve passes all its filters unchanged, and must cancel: the weight of
+the slowest filter of a reading is minus the sum of its other weights.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ class Cancelled:
     Attributes
     ----------
     free : ndarray of int
-        Inputs with weights of their own.
+        Inputs with their own weights.
     matrix : ndarray, shape (n_inputs, free)
-        Inputs times it are what those weights multiply.
+        Matrix from the inputs to the values that those weights multiply.
     """
 
     free: NDArray[np.intp]
@@ -33,13 +33,13 @@ class Cancelled:
 
 
 def cancelled(memory: Memory, *, even: bool = False, commands: bool = True) -> Cancelled:
-    """Return which inputs of a policy have weights, and how steady readings cancel in them.
+    """Return the inputs of a policy with weights, such that steady readings cancel.
 
     Parameters
     ----------
     memory : Memory
     even : bool
-        Whether what the mirror leaves as it is, such as the speed, is read too.
+        Whether inputs unchanged by the mirror, such as the speed, are read too.
     commands : bool
         Whether the policy's own commands are read.
     """
@@ -60,7 +60,7 @@ def cancelled(memory: Memory, *, even: bool = False, commands: bool = True) -> C
             ]
             direct = names.index(reading + end)
             used[own[0] if own else direct] = False
-            if own:  # the slowest filter takes out what the others have of a steady reading
+            if own:  # the slowest filter cancels the steady part of the others
                 matrix[own[0], [direct, *own[1:]]] = -1.0
     free = np.flatnonzero(used)
     return Cancelled(free, matrix[:, free])

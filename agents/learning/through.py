@@ -1,8 +1,8 @@
-"""The gradient of what a policy's rollouts cost, through policy, memory and vehicle.
+"""The gradient of the cost of a policy's rollouts, through policy, memory and vehicle.
 
-Forwards a rollout is the environments' own. Backwards, :class:`agents.learning.adjoint.Adjoint` goes
-through the vehicle, the linear memory is gone through by its matrices, and torch differentiates the
-network, for all vehicles and control periods at once. Needs the extra ``rl``.
+Forwards, a rollout is that of the environments. Backwards, :class:`agents.learning.adjoint.Adjoint`
+differentiates the vehicle, the memory's matrices the linear memory, and torch the network, for all
+vehicles and control periods at once. This module needs the extra ``rl``.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from railenv.envs.fleet import BOUND
 Array = NDArray[np.float64]
 
 POWER = 4
-"""Of the mean over cases: a policy is as good as it is with the worst vehicle, not with the average."""
+"""Power of the mean over cases: a policy is judged by its worst vehicle, not by the average."""
 
 
 class OddNetwork(nn.Module):
@@ -38,11 +38,11 @@ class OddNetwork(nn.Module):
     Parameters
     ----------
     cancelled : Cancelled
-        Which inputs it reads, and how they cancel.
+        Inputs that it reads, and their cancellation.
     signs : ndarray
-        +1 or -1 for every input, by which it changes in the mirror.
+        +1 or -1 for every input, its factor in the mirror.
     hidden : sequence of int
-        Widths of the hidden layers; none is a linear policy.
+        Widths of the hidden layers; none for a linear policy.
     outputs : int
     """
 
@@ -70,7 +70,7 @@ class OddNetwork(nn.Module):
         return torch.tanh(odd)
 
     def plain(self) -> Network:
-        """Return it as the network of a policy."""
+        """Return the network in plain NumPy, for a policy."""
         weights = [layer.weight.detach().numpy().copy() for layer in self._linear]
         weights[0] = weights[0] @ self._picked.numpy().T
         width = len(self._signs)
@@ -85,7 +85,7 @@ class OddNetwork(nn.Module):
 
 
 class _Recorder(Controller):
-    """A policy that keeps what its network has read and said."""
+    """A policy that records the inputs and outputs of its network."""
 
     def __init__(self, frame: LearnedPolicy) -> None:
         self.frame = frame
@@ -112,25 +112,25 @@ class _Recorder(Controller):
 
 
 class Runs:
-    """Some cases that are run again and again, from the same start, under policies that change.
+    """Cases that are run repeatedly from the same start, under changing policies.
 
     Parameters
     ----------
     model : Equipped
     frame : LearnedPolicy
-        Its readings, commands and memory are those of all policies.
+        Policy whose readings, commands and memory are those of all policies.
     cases : sequence of Case
     track : Track
     horizon : int
-        Control periods.
+        Number of control periods.
     decay : float
-        Rate (1/s) at which motions are to decay; faster earns nothing.
+        Rate (1/s) at which motions should decay; faster decay earns nothing.
     effort : float
         Weight of the mean squared command.
     nudges : ndarray, shape (n_cases, n_states)
-        Added to the states at the start.
+        Additions to the states at the start.
     weight : float
-        Of the cost.
+        Weight of the cost.
     """
 
     def __init__(
@@ -182,7 +182,7 @@ class Runs:
         return self._horizon * self._rollout.fleet.n
 
     def cost(self, network: OddNetwork) -> float:
-        """Return what a network costs, and add its gradient to that of the network's parameters."""
+        """Return the cost of a network, and add its gradient to that of the network's parameters."""
         states, inputs, shares = self.run(network.plain())
         cost, by_states = self.judge(states, shares)
         x = torch.from_numpy(inputs.reshape(-1, inputs.shape[2])).requires_grad_()
@@ -199,8 +199,8 @@ class Runs:
     def judge(self, states: Array, shares: Array) -> tuple[float, Array]:
         """Return the cost of a motion and its derivatives by the states.
 
-        The cost is the power mean of what the growth rate of each motion exceeds the decay asked for by
-        (softly, 1/s), and the mean square of the commands with their weight.
+        The cost is the power mean of the (soft) excess of each motion's growth rate over the required
+        decay, 1/s, plus the weighted mean square of the commands.
         """
         off = states - self._adjoint.still
         energy = (self._sizes * off**2).sum(axis=2)
@@ -209,7 +209,7 @@ class Runs:
         wanted = energy[0] * np.exp(-2.0 * self._decay * time)
         ratio = energy[last:].mean(axis=0) / wanted
         rates = np.log1p(ratio) / (2.0 * time)
-        worst = rates.max()  # keeps the powers within what numbers hold
+        worst = rates.max()  # keeps the powers within the range of numbers
         share = rates / worst
         mean = np.mean(share**POWER)
         value = worst * mean ** (1.0 / POWER)
@@ -246,7 +246,7 @@ class Runs:
 
 
 def _sizes(model: Equipped, cases: Sequence[Case]) -> Array:
-    """Weights of squared states in the energy of every case, which the reward measures hunting by."""
+    """Return weights of squared states in each case's energy, the reward's measure of hunting."""
     names = model.state_names
     sizes = np.zeros((len(cases), len(names)))
     for i, case in enumerate(cases):

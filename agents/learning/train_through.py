@@ -1,8 +1,8 @@
-"""Training through the simulator: the exact gradient of rollouts moves a policy.
+"""Training through the simulator by the exact gradient of rollouts.
 
-Where other algorithms estimate from many episodes which way to change a policy, here the derivatives of
-the equations of motion tell it (an analytic policy gradient, by backpropagation through time). The
-policy starts from random weights. Needs the extra ``rl``.
+Other algorithms estimate from many episodes how to change a policy; here the derivatives of the
+equations of motion give it (an analytic policy gradient, by backpropagation through time). The policy
+starts from random weights. This module needs the extra ``rl``.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 MEMORY = MemorySettings(corners=(0.2, 1.0, 5.0))
-"""What a policy that is trained through the simulator remembers, if not told otherwise."""
+"""Default memory of a policy trained through the simulator."""
 
-_NUDGE = 1e-7  # of every state at the start, in units of the model's scale: far from every limit
+_NUDGE = 1e-7  # for every state at the start, in units of the model's scale: far from every limit
 LOWEST_SPEED, HIGHEST_SPEED = 20.0, 400.0
-"""m/s, between which critical speeds are searched."""
+"""Range of the search for critical speeds, m/s."""
 
-_JUDGED = 9  # conicities (or wears) of the vehicles by which a policy is judged, with 3 creep factors
-_REMEMBERED = 30  # changes of the gradient that L-BFGS knows the curvature by
+_JUDGED = 9  # conicities (or wears) of the vehicles that judge a policy, with 3 creep factors
+_REMEMBERED = 30  # changes of the gradient from which L-BFGS estimates the curvature
 
 
 @dataclass(frozen=True)
@@ -53,10 +53,10 @@ class Descent:
     Attributes
     ----------
     policy : LearnedPolicy
-        The most robust of those judged.
+        The most robust policy judged.
     last : LearnedPolicy
     costs : ndarray, shape (evaluations,)
-        Of all policies that were run, those of line searches included; see :class:`Exercises`.
+        Costs of all policies run, including those of line searches; see :class:`Exercises`.
     judged : ndarray, shape (n_judged, 3)
         Evaluations and environment steps until then, and the lowest critical speed (m/s) of 27
         vehicles of service, 0 if one is unstable at 20 m/s. The first is the policy of random weights.
@@ -69,7 +69,7 @@ class Descent:
 
     @property
     def steps(self) -> int:
-        """Environment steps that were run in all."""
+        """Total number of environment steps."""
         return int(self.judged[-1, 1])
 
     def __str__(self) -> str:
@@ -100,32 +100,32 @@ def train_through(
 ) -> Descent:
     """Train a policy by the exact gradient of its rollouts.
 
-    All exercises run under the policy in the environments' own kernel, and the gradient of what their
-    motions cost goes back through vehicle, actuator, delay, sensors, memory and network. The cost is a
-    smooth function without noise, so that L-BFGS (SciPy) descends it. The policy is odd, and steady
-    readings cancel in it. It does not read its own commands: what that alone makes grow is too slow for
-    a rollout to show. It starts from random weights. On the way, and at the end, it is judged by the
-    lowest critical speed of vehicles of service.
+    All exercises run under the policy in the environments' own kernel, and the gradient of the cost of
+    their motions goes back through vehicle, actuator, delay, sensors, memory and network. The cost is a
+    smooth function without noise, which L-BFGS (SciPy) minimises. The policy is odd, and steady
+    readings cancel in it. It does not read its own commands, because a growth caused by these alone is
+    too slow to show in a rollout. It starts from random weights. During training, and at the end, it is
+    judged by the lowest critical speed of vehicles of service.
 
     Parameters
     ----------
     model : Equipped
-        With any number of actuators.
+        Vehicle with any number of actuators.
     exercises : Exercises, optional
     memory : MemorySettings, optional
-        ``MEMORY`` when left out; without history and past commands.
+        Memory without history and past commands; ``MEMORY`` when left out.
     hidden : sequence of int
-        Widths of the network's hidden layers; none is a linear policy.
+        Widths of the network's hidden layers; none for a linear policy.
     evaluations : int
-        Most runs of all exercises, each with its gradient.
+        Largest number of runs of all exercises, each with its gradient.
     judge_every : int
-        Evaluations between judgements, at least.
+        Least number of evaluations between judgements.
     seed : int
-        Of the weights, the vehicles and where they start.
+        Seed of the weights, the vehicles and their starts.
     period : float
         Control period, s.
     progress : bool
-        Show a progress bar. An interrupt (Ctrl-C) returns what was found until then.
+        Show a progress bar. An interrupt (Ctrl-C) returns the results found so far.
 
     Raises
     ------
@@ -161,14 +161,14 @@ def train_through(
 
 
 def _checked(model: Equipped, memory: MemorySettings, hidden: Sequence[int]) -> tuple[int, ...]:
-    """Return the widths of the hidden layers, or raise where something does not suit."""
+    """Return the widths of the hidden layers, or raise if something does not fit."""
     if not model.command_names:
         raise ParameterError(f"{model.name} has no actuators; there is nothing to learn")
     for name in ("history", "past_commands"):
         if getattr(memory, name):
             raise ParameterError(
                 f"{name} of the memory is {getattr(memory, name)}; a policy trained through the "
-                "simulator remembers what filters tell it of readings (corners), and it must be 0"
+                "simulator remembers readings only through filters (corners), so it must be 0"
             )
     if not isinstance(hidden, (list, tuple)):
         raise ParameterError(f"hidden is {shown(hidden)}; it must be widths of layers, such as (32,)")
@@ -177,7 +177,7 @@ def _checked(model: Equipped, memory: MemorySettings, hidden: Sequence[int]) -> 
 
 @dataclass(frozen=True)
 class _Judged:
-    """A policy on the way, and what it reaches."""
+    """A policy during training, and its results."""
 
     evaluations: int
     steps: int
@@ -186,7 +186,7 @@ class _Judged:
 
 
 class _Path:
-    """The way of a training, and what was judged on it."""
+    """The course of a training, and the policies judged in it."""
 
     def __init__(
         self,
@@ -259,7 +259,7 @@ class _Path:
             task = bar.add_task("training through the simulator", total=evaluations)
 
             def accepted(intermediate_result: Any) -> None:
-                """Judge what an iteration has come to, if it is time."""
+                """Judge the policy after an iteration, if it is time."""
                 bar.update(task, completed=len(self.costs))
                 if len(self.costs) - self.judged[-1].evaluations >= judge_every:
                     self._set(intermediate_result.x)
@@ -308,13 +308,13 @@ class _Path:
         return cost, np.concatenate(slopes)
 
     def _judge(self) -> _Judged:
-        """Note the lowest critical speed of all vehicles of service under the present policy."""
+        """Record the lowest critical speed of all vehicles of service under the present policy."""
         policy, lowest, worst = self._policy(), HIGHEST_SPEED, 0
         for i, changes in enumerate(self._vehicles):
             speed = _stable_up_to(self._model.replace(**changes), policy, lowest)
             if speed < lowest:
                 lowest, worst = speed, i
-        # first at the next time, since it is likely to bound how far the others are looked at
+        # first at the next time, since it is likely to limit the search for the others
         self._vehicles.insert(0, self._vehicles.pop(worst))
         return _Judged(len(self.costs), self._steps, lowest, policy)
 

@@ -51,18 +51,18 @@ _SCHEDULE_MARK = "lin_"
 
 
 class Trainer:
-    """A training run: environments, model and what happens between rollouts.
+    """A training run: environments, model and the actions between rollouts.
 
     Parameters
     ----------
     recipe : Recipe
     base : ScheduledController or None
     directory : Path or None
-        Where files go; none are written without it.
+        Directory of the files; none are written without it.
     resumed : bool
-        Go on from the last checkpoint there.
+        Continue from the last checkpoint there.
     tensorboard : str or None
-        Folder of TensorBoard's files.
+        Folder for TensorBoard's files.
     """
 
     def __init__(
@@ -133,7 +133,7 @@ class Trainer:
                 **keywords,
             )
         except (TypeError, AssertionError) as e:
-            raise ParameterError(f"hyperparameters do not suit {kind.__name__}: {e}") from None
+            raise ParameterError(f"hyperparameters do not fit {kind.__name__}: {e}") from None
         if base is not None:
             _start_at_zero(model)
         return model
@@ -141,7 +141,7 @@ class Trainer:
     # ------------------------------------------------------------------ running
 
     def run(self, total_timesteps: int, progress: bool) -> None:
-        """Train until a number of environment steps in all."""
+        """Train up to a total number of environment steps."""
         left = total_timesteps - self.model.num_timesteps
         callback = Between(self, total_timesteps, progress)
         if left > 0:
@@ -160,7 +160,7 @@ class Trainer:
         return LearnedPolicy.from_sb3(self.model, normalizer, self.env, about=about)
 
     def evaluate(self) -> None:
-        """Judge the present policy, note the result and keep the policy if it is the best."""
+        """Judge the present policy, record the result and keep the policy if it is the best."""
         normalizer = self.model.get_vec_normalize_env()
         env: Any = self.judged
         if normalizer is not None and normalizer.norm_obs:
@@ -215,7 +215,7 @@ class Trainer:
 
 @dataclasses.dataclass
 class Counted:
-    """What changes between rollouts, kept in checkpoints."""
+    """The counts that change between rollouts, kept in checkpoints."""
 
     next_evaluation: int = 0
     next_checkpoint: int = 0
@@ -227,7 +227,7 @@ class Counted:
 
 
 class Between(BaseCallback):
-    """What happens between rollouts: curriculum, evaluation, checkpoint; and the progress bar."""
+    """The callback between rollouts: curriculum, evaluation, checkpoint, progress bar."""
 
     def __init__(self, trainer: Trainer, total: int, progress: bool) -> None:
         super().__init__()
@@ -316,7 +316,7 @@ def _keywords(kind: type[BaseAlgorithm]) -> list[str]:
 
 
 def _start_at_zero(model: BaseAlgorithm) -> None:
-    """Let a policy on top of a base begin as the base alone: its last layer starts at zero."""
+    """Let a policy on top of a base start as the base alone, with its last layer at zero."""
     policy: Any = model.policy
     layers = [policy.action_net] if hasattr(policy, "action_net") else _last_layers(policy)
     with torch.no_grad():
@@ -326,7 +326,7 @@ def _start_at_zero(model: BaseAlgorithm) -> None:
 
 
 def _last_layers(policy: Any) -> list[torch.nn.Linear]:
-    """Return the actors' last layers of an off-policy algorithm, those that give the mean action."""
+    """Return the last layers of an off-policy algorithm's actors, which give the mean action."""
     found = []
     for actor in filter(None, (policy.actor, getattr(policy, "actor_target", None))):
         linear = [layer for layer in actor.mu.modules() if isinstance(layer, torch.nn.Linear)]
@@ -341,7 +341,7 @@ def _schedule(value: Any) -> Any:
             start = float(number)
         except ValueError:
             raise ParameterError(
-                f"a hyperparameter is {value!r}; it must be a number or such as 'lin_0.0003'"
+                f"a hyperparameter is {value!r}; it must be a number or a text such as 'lin_0.0003'"
             ) from None
         return LinearSchedule(start, 0.0, 1.0) if number != value else start
     return value

@@ -24,24 +24,24 @@ if TYPE_CHECKING:
     from agents.learning.judging import Judged
 
 RECORD = "run.json"
-"""The recipe of a run in its directory; also a file to give to ``config``."""
+"""The recipe of a run in its directory; also usable as ``config``."""
 
 _BASE = "base.npz"
 
 
 @dataclass(frozen=True)
 class Training:
-    """What training gave.
+    """The result of training.
 
     Attributes
     ----------
     recipe : Recipe
     policy : LearnedPolicy
-        The best by the recipe's criterion; the last where nothing was evaluated.
+        The best policy by the recipe's criterion; the last if nothing was evaluated.
     last : LearnedPolicy
     evaluations : tuple of Judged
     directory : Path or None
-        Where the files are.
+        Directory of the files.
     """
 
     recipe: Recipe
@@ -93,16 +93,16 @@ def train(
         Environment steps; those of the recipe when left out.
     seed : int, optional
     directory : path, optional
-        Where policy, checkpoints and evaluations go; it must be new or empty. Nothing is written
+        Directory for policy, checkpoints and evaluations; it must be new or empty. Nothing is written
         without it.
     config : path, optional
-        Recipes of one's own (:func:`agents.learning.recipe.recipe`).
+        Your own recipes (:func:`agents.learning.recipe.recipe`).
     changes : mapping, optional
         Changes of the recipe, such as ``{"env_kwargs.speed_range": (80, 140)}``.
     base : ScheduledController or path, optional
-        Controller whose action the policy's is added to.
+        Controller to whose action the policy's is added.
     device : str, optional
-        Where the network is trained; the processor unless the recipe says otherwise.
+        Device that trains the network; the processor unless the recipe says otherwise.
     tensorboard : path, optional
         Folder for TensorBoard.
     progress : bool
@@ -115,7 +115,7 @@ def train(
     Raises
     ------
     UnknownNameError
-        If algorithm, environment or a key is not known.
+        If the algorithm, the environment or a key is unknown.
     ParameterError
         If a value is not allowed, or the directory is in use.
     MissingPackageError
@@ -140,14 +140,14 @@ def resume(
     tensorboard: str | PathLike[str] | None = None,
     progress: bool = False,
 ) -> Training:
-    """Go on with a run from its last checkpoint, as if it had never stopped.
+    """Continue a run from its last checkpoint, as if it had never stopped.
 
     Parameters
     ----------
     directory : path
-        Of the run. Its checkpoints contain pickles: resume only your own runs.
+        Directory of the run. Its checkpoints contain pickles: resume only your own runs.
     total_timesteps : int, optional
-        Environment steps in all, if not those of the recipe.
+        Total number of environment steps, if not that of the recipe.
     tensorboard : path, optional
         Folder for TensorBoard.
     progress : bool
@@ -173,7 +173,7 @@ def resume(
 
 
 def _named(base: ScheduledController | str | PathLike[str] | None) -> str | None:
-    """Return what a recipe calls a base controller: its file, or the one that the run will write."""
+    """Return a recipe's name of a base controller: its file, or the one that the run will write."""
     if base is None:
         return None
     return str(base) if isinstance(base, (str, PathLike)) else _BASE

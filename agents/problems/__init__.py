@@ -1,4 +1,4 @@
-"""The problems that controllers are compared on, and the passive dampers that they have to beat.
+"""The problems on which controllers are compared, and the passive dampers that they have to beat.
 
 >>> from agents.problems import problem, rate
 >>> problem("bogie-secondary-v1").model().command_names

@@ -1,4 +1,4 @@
-"""Passive yaw dampers: what active control has to beat."""
+"""Passive yaw dampers, which active control has to beat."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ from typing import Any
 from railenv import Vehicle, checks
 
 BLOW_OFF = 9.8e3
-"""N, force at which a damper's valves open, as that of CRH380A."""
+"""Force at which a damper's valves open, as for CRH380A, N."""
 
 ARM = 1.3
-"""m, of the dampers, as of the actuators beside them."""
+"""Lateral arm of the dampers, as of the actuators beside them, m."""
 
-_BEYOND = 0.02  # of the rate, beyond the force at which the valves open
+_BEYOND = 0.02  # of the rate, above the force at which the valves open
 _LAST = 10.0  # times the speed at which they open: the last point
 
 
 @dataclass(frozen=True)
 class YawDamper:
-    """A passive yaw damper on rubber ends, one at either side.
+    """A passive yaw damper on rubber ends, one on either side.
 
     Attributes
     ----------
     rate : float
-        N s/m, up to the force at which its valves open.
+        Damping rate up to the force at which its valves open, N s/m.
     stiffness : float
-        N/m, of its ends together.
+        Stiffness of its ends together, N/m.
     """
 
     rate: float
@@ -40,7 +40,7 @@ class YawDamper:
             )
 
     def on(self, vehicle: Vehicle) -> Vehicle:
-        """Return a vehicle with this damper between each frame and what is above it."""
+        """Return a vehicle with this damper between each frame and the body above it."""
         opens = BLOW_OFF / self.rate
         most = BLOW_OFF * (1.0 + _BEYOND * (_LAST - 1.0))
         force = ((0.0, opens, _LAST * opens), (0.0, BLOW_OFF, most))

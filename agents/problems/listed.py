@@ -11,7 +11,7 @@ from railenv import CRH380A, HIGH_SPEED_COACH_HOLLOW, TABLE_1, ProfileFamily, Ve
 from railenv.contact.pair import ProfilePair
 
 WORN_DEPTH, WORN_SPREAD = 1e-3, 3e-3
-"""m, of the worn treads of CRH380A: how deep, and how far from the centre they have run."""
+"""Depth of the worn treads of CRH380A, and spread of the lateral shift that wore them, m."""
 
 
 @cache
@@ -104,7 +104,7 @@ def problem(name: str) -> Problem:
     Raises
     ------
     UnknownNameError
-        If there is none of that name.
+        If there is no problem of that name.
     """
     found = {p.name: p for p in PROBLEMS}
     checks.known("problem", [name], list(found))

@@ -1,4 +1,4 @@
-"""What a problem is: a vehicle, what of it varies, what it carries, and what it is rated by."""
+"""Problems: a vehicle, its variations, its equipment, and the plan of its rating."""
 
 from __future__ import annotations
 
@@ -23,31 +23,31 @@ _MODELS: Mapping[Kind, type[Bogie | DualWheelset | Coach]] = {
 
 @dataclass(frozen=True, kw_only=True)
 class Problem:
-    """A named task for controllers, always the same one.
+    """A named, fixed task for controllers.
 
     Attributes
     ----------
     name : str
-        With its version: numbers of other versions do not compare.
+        Name with a version; numbers of different versions are not comparable.
     asks : str
-        What is asked, in a sentence.
+        The task in a sentence.
     kind : {"bogie", "dual_wheelset", "coach"}
     vehicle : callable
-        Gives the vehicle, on wheels between new and worn.
+        Returns the vehicle, on wheels between new and worn.
     place : {"secondary", "primary", "both"}
-        Of the actuators.
+        Place of the actuators.
     sensed : tuple of str
         Bodies with an accelerometer and a gyro.
     ranges : mapping of str to (float, float)
-        What of the contact varies: every vehicle within has to be stable.
+        Ranges of numbers of the contact; every vehicle within them has to be stable.
     damper : YawDamper or PrimaryDamper
         The passive damper with the highest robust critical speed (:func:`tuned_damper` finds it).
     fitted : YawDamper, optional
-        A passive damper that stands beside the actuators and goes on when they fail.
+        A passive damper beside the actuators, which still works when they fail.
     speed_range : (float, float)
-        m/s, over which speeds are searched; a loop that is unstable at the lowest one has failed.
+        Range of the search, m/s; a loop that is unstable at the lowest speed has failed.
     ride_speeds : tuple of float
-        m/s, of runs on irregular track.
+        Speeds of runs on irregular track, m/s.
     """
 
     name: str
@@ -64,15 +64,15 @@ class Problem:
     actuator: Actuator | None = None
 
     def model(self) -> Equipped:
-        """Return the vehicle with its actuators, sensors and the damper that is fitted beside them."""
+        """Return the vehicle with its actuators, its sensors and the damper fitted beside them."""
         return self.passive(self.fitted)
 
     def passive(self, damper: Damper | None) -> Equipped:
-        """Return the vehicle with a passive damper alone (None: with none); actuators do nothing."""
+        """Return the vehicle with only a passive damper, or none (None); actuators do nothing."""
         bare = without_dampers(self.vehicle())
         vehicle = bare if damper is None else damper.on(bare)
         return Equipped(_MODELS[self.kind](vehicle), self.place, self.actuator, sensed=self.sensed)
 
 
 CONTACT = {"creep_factor": CREEP_FACTOR}
-"""What varies of every contact."""
+"""Ranges that vary with every contact."""

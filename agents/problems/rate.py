@@ -1,4 +1,4 @@
-"""Rating controllers on problems: every one gets the same runs."""
+"""Rating of controllers on problems, all in the same runs."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ CURVES = ((4000.0, 0.0873), (1500.0, 0.0873))
 """m, rad."""
 
 DEFICIENCY = 0.150
-"""m, of cant, on the curves."""
+"""Cant deficiency on the curves, m."""
 
 _SECONDS, _FREEZES = 12.0, 2.0  # of the runs on irregular track
 _SETTLED = 2.0  # s, left out of means
-_SAMPLES = 12  # vehicles within the ranges, of the robust critical speed
+_SAMPLES = 12  # vehicles within the ranges, for the robust critical speed
 _NADAL, _UNLOADING, _INSTABILITY = map(TERM_NAMES.index, ("nadal", "unloading", "instability"))
 
 
@@ -47,15 +47,15 @@ def rate(controller: Controller, problem: Problem, *, name: str | None = None) -
     Parameters
     ----------
     controller : Controller
-        For the problem's vehicle.
+        Controller for the problem's vehicle.
     problem : Problem
     name : str, optional
-        What to call the controller; its class's name when left out.
+        Name of the controller; its class's name when left out.
 
     Raises
     ------
     ParameterError
-        If the controller does not suit the vehicle.
+        If the controller does not fit the vehicle.
     """
     return _Rater(problem, problem.model(), controller).rating(name or controller.name)
 
@@ -97,17 +97,17 @@ class _Rater:
     # ------------------------------------------------------------------ critical speeds
 
     def ends(self) -> tuple[dict[str, float], ...]:
-        """Return the vehicles at both ends of the ranges: newest, most worn; least and most creep."""
+        """Return the vehicles at both ends of the ranges: newest or most worn, least or most creep."""
         ranges = self.problem.ranges
         return tuple(dict(zip(ranges, c, strict=True)) for c in itertools.product(*ranges.values()))
 
     def losses(self) -> list[Loss]:
-        """Return how the vehicles at the corners of the ranges, and the nominal one, lose stability."""
+        """Return the losses of stability of the vehicles at the corners, and of the nominal one."""
         how = self._loss if isinstance(self.controller, Feedback) else self._measured
         return [how(changes) for changes in ({}, *self.ends())]
 
     def _measured(self, changes: Mapping[str, float]) -> Loss:
-        """Return how a vehicle loses stability under a controller that has no linearisation."""
+        """Return a vehicle's loss of stability under a controller without linearisation."""
         limits = self.problem.speed_range
         found = measured_critical_speed(self.model, self.controller, limits, vehicle=changes)
         return Loss(changes, found.speed, found.loss, None)
@@ -129,7 +129,7 @@ class _Rater:
         return Loss(changes, None, "end", None)
 
     def robust(self, model: Equipped) -> tuple[float | None, dict[str, float]]:
-        """Return the robust critical speed and the vehicle that sets it.
+        """Return the robust critical speed and the vehicle that determines it.
 
         Without a linearisation it is the worst of the vehicles at the ends of the ranges and of some
         within, measured in the environment.
@@ -152,7 +152,7 @@ class _Rater:
         return worst.speed, dict(worst.vehicle)
 
     def within(self) -> list[dict[str, float]]:
-        """Return some vehicles within the ranges, always the same, evenly spread."""
+        """Return a fixed set of vehicles, evenly spread within the ranges."""
         ranges = self.problem.ranges
         low, high = np.array(list(ranges.values())).T
         points = qmc.Halton(len(ranges), scramble=False).random(_SAMPLES + 1)[1:]
@@ -160,7 +160,7 @@ class _Rater:
         return [dict(zip(ranges, one, strict=True)) for one in values]
 
     def nonlinear(self) -> dict[str, float | None]:
-        """Return up to where an offset dies out, of the nominal vehicle and those at the ends."""
+        """Return the speeds up to which an offset dies out, for nominal and end vehicles."""
         found = {}
         for changes in ({}, *self.ends()):
             told = ", ".join(f"{name} {value:g}" for name, value in changes.items()) or "nominal"
@@ -213,7 +213,7 @@ class _Rater:
         ]
 
     def curving(self) -> list[Curving]:
-        """Run on curves with as much cant deficiency as is allowed, at ride speed at most."""
+        """Run on curves with the allowed cant deficiency, at most at ride speed."""
         fastest = self.problem.ride_speeds[-1]
         cases = [
             Case(min(fastest, _passing_speed(radius, cant, self.model.gravity)), radius, cant)
@@ -237,7 +237,7 @@ class _Rater:
     # ------------------------------------------------------------------ failures
 
     def failures(self) -> Failures:
-        """Return what is left when actuators do nothing, commands come late or sensors stand still."""
+        """Return the results when actuators do nothing, commands are late or sensors freeze."""
         dead = _Rater(self.problem, self.model, Passive.design(self.model))
         late = None
         if self.controller.observation == "sensors":
@@ -251,12 +251,12 @@ class _Rater:
 
 
 def _passing_speed(radius: float, cant: float, gravity: float) -> float:
-    """Return the speed (m/s) at which a curve is passed with the cant deficiency that is allowed."""
+    """Return the speed (m/s) on a curve with the allowed cant deficiency."""
     return math.sqrt(radius * gravity * (DEFICIENCY / CANT_BASE + cant))
 
 
 class _Frozen(Controller):
-    """A controller whose sensors stand still after some time."""
+    """A controller whose sensors freeze after some time."""
 
     def __init__(self, controller: Controller, model: Equipped) -> None:
         self.inner = controller
@@ -276,7 +276,7 @@ class _Frozen(Controller):
         self._steps, self._last = 0, np.zeros(0)
 
     def act(self, observation: Floats) -> Floats:
-        """Return what the controller commands by what it reads."""
+        """Return the commands of the controller for its readings."""
         seen = np.array(observation, dtype=float)
         if self._steps * self.period < _FREEZES:
             self._last = seen.copy()
@@ -287,7 +287,7 @@ class _Frozen(Controller):
 
 
 class _Run:
-    """A run on an irregular line with noisy sensors, and what was read on the way."""
+    """A run on an irregular line with noisy sensors, and its readings."""
 
     def __init__(self, model: Equipped, controller: Controller, cases: Sequence[Case]) -> None:
         self.model = model

@@ -1,4 +1,4 @@
-"""What a controller is rated by on a problem: speeds, ride, curves, power, margins, failures."""
+"""Ratings of controllers on a problem: speeds, ride, curves, power, margins, failures."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ SCHEMA = "railenv rating 1"
 
 @dataclass(frozen=True)
 class Loss:
-    """How one vehicle of a problem loses stability, by the linear closed loop.
+    """The loss of stability of one vehicle of a problem, by the linear closed loop.
 
     Attributes
     ----------
     vehicle : mapping of str to float
-        What of it was varied.
+        Its varied numbers.
     speed : float or None
-        m/s; None if it is unstable at the lowest speed, the highest speed looked at if it never is.
+        m/s; None if it is unstable at the lowest speed, the highest speed tried if it never is.
     kind : str
-        "body hunting ..." or "bogie hunting ..." with its name; "hunting" of a bogie alone; "none".
+        "body hunting ..." or "bogie hunting ..." with its name; "hunting" for a bogie alone; "none".
     frequency : float or None
         Hz.
     """
@@ -50,15 +50,15 @@ class Ride:
     speed : float
         m/s.
     wz : float
-        Sperling's lateral ride index of the felt bodies, the worst of them.
+        Sperling's lateral ride index, the worst of the bodies whose ride counts.
     acceleration : float
         Rms of the lateral acceleration felt, m/s^2.
     moment, peak : float
         Rms and largest moment of the actuators, as shares of their limits.
     power : float
-        Mean of the magnitude of what the actuators do to the vehicle, W, all together.
+        Mean magnitude of the power of all actuators on the vehicle, W.
     energy : float
-        J for each metre run.
+        Energy per metre of track, J.
     instability : float
         Largest running rms of the sum of guiding forces as a share of EN 14363's limit.
     derailed : bool
@@ -102,7 +102,7 @@ class Curving:
 
 @dataclass(frozen=True)
 class Failures:
-    """What is left when something fails.
+    """The results when something fails.
 
     Attributes
     ----------
@@ -110,10 +110,10 @@ class Failures:
         Robust critical speed (m/s) of the vehicle when all actuators do nothing.
     doubled_delay : float or None
         Robust critical speed with twice the transport delay; None if there is none, or the controller
-        reads the state, which has the commands on their way in it.
+        reads the state, which contains the commands on their way.
     frozen : float
         Running rms of the guiding forces, as a share of EN 14363's limit, in the last part of a run in
-        which all sensors stand still from 2 s on, at the first ride speed; the worst of new and worn.
+        which all sensors freeze after 2 s, at the first ride speed; the worst of new and worn.
     frozen_derailed : bool
     """
 
@@ -125,14 +125,14 @@ class Failures:
 
 @dataclass(frozen=True)
 class Margin:
-    """Margins of the closed loop at the first ride speed, nominal vehicle; the least of all commands.
+    """Margins of the nominal closed loop at the first ride speed, the least of all commands.
 
     Attributes
     ----------
     gain : float
         Factor by which the gain may grow.
     phase : float
-        rad.
+        Phase margin, rad.
     delay : float or None
         Additional delay, s.
     """
@@ -144,31 +144,31 @@ class Margin:
 
 @dataclass(frozen=True)
 class Rating:
-    """What a controller reaches on a problem; speeds in m/s.
+    """The rating of a controller on a problem; speeds in m/s.
 
     Attributes
     ----------
     problem, controller, observation : str
     losses : tuple of Loss
-        Of the vehicles at the corners and the middle of the ranges.
+        Losses of stability of the vehicles at the corners and the middle of the ranges.
     robust : float or None
-        Robust critical speed over the ranges; None if some vehicle is unstable at the lowest speed. Of
+        Robust critical speed over the ranges; None if some vehicle is unstable at the lowest speed. For
         a controller without linearisation, the worst of some vehicles at the ends of the ranges and
         within, measured in the environment.
     worst : mapping of str to float
-        The vehicle that sets it.
+        The vehicle that determines it.
     nonlinear : mapping of str to (float or None)
-        Up to where an offset of 9 mm dies out, of the nominal vehicle and of those at the ends of the
-        ranges.
+        Speeds up to which an offset of 9 mm dies out, for the nominal vehicle and those at the ends of
+        the ranges.
     ride : tuple of Ride
     curving : tuple of Curving
     margin : Margin or None
-        None where the loop is unstable, or the controller has no linearisation.
+        Margins; None if the loop is unstable or the controller has no linearisation.
     failures : Failures
     highest_speed : float
-        m/s, up to which was searched.
+        Highest speed of the search, m/s.
     about : mapping
-        How the controller was designed.
+        Record of the controller's design.
     """
 
     problem: str
@@ -207,14 +207,14 @@ class Rating:
         Raises
         ------
         ParameterError
-            If it is none.
+            If it is not a summary.
         """
         if data.get("schema") != SCHEMA:
-            raise ParameterError(f"this is no rating of the layout {SCHEMA!r}")
+            raise ParameterError(f"this is not a rating of the layout {SCHEMA!r}")
         fields = {name: value for name, value in data.items() if name != "schema"}
         checks.known("field of a rating", fields, [f.name for f in dataclasses.fields(cls)])
         margin = fields["margin"]
-        if margin is not None:  # what is unlimited is kept as None
+        if margin is not None:  # infinite values are stored as None
             limits = {n: math.inf if margin[n] is None else margin[n] for n in ("gain", "phase")}
             margin = Margin(**{**margin, **limits})
         parts = {"losses": Loss, "ride": Ride, "curving": Curving}
@@ -226,14 +226,14 @@ class Rating:
         return f"{self.controller} on {self.problem}: robust critical speed {robust}"
 
     def plot(self, ax: Axes | None = None) -> control.ControlPlot:
-        """Draw the linear critical speed of every vehicle looked at."""
+        """Draw the linear critical speed of every vehicle."""
         from agents.problems.rating_plots import plot_ratings
 
         return plot_ratings([self], ax)
 
 
 def _plain(value: Any) -> Any:
-    """Return data without infinities, which JSON has not: None instead."""
+    """Return data with None in place of infinities, which JSON lacks."""
     if isinstance(value, Mapping):
         return {key: _plain(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):

@@ -1,4 +1,4 @@
-"""How ratings are drawn."""
+"""Drawings of ratings."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def plot_ratings(ratings: Sequence[Rating], ax: Axes | None = None) -> control.ControlPlot:
-    """Draw for each controller the robust critical speed, and that of each vehicle looked at."""
+    """Draw for each controller the robust critical speed, and that of each vehicle."""
     with style():
         if ax is None:
             ax = plt.subplots(figsize=(7.2, 1.4 + 0.42 * len(ratings)), layout="constrained")[1]
@@ -31,7 +31,7 @@ def plot_ratings(ratings: Sequence[Rating], ax: Axes | None = None) -> control.C
         )
         for row, rating in enumerate(rows):
             speeds = [loss.speed or 0.0 for loss in rating.losses]
-            label = "each vehicle looked at" if row == 0 else None
+            label = "each vehicle tried" if row == 0 else None
             ax.plot(speeds, [row] * len(speeds), "|", color=STABLE, ms=11, mew=1.6, label=label)
         ax.set_yticks(range(len(rows)), [rating.controller for rating in rows])
         ax.set_ylim(-0.5 - 0.3 * len(rows) ** 0.5, len(rows) - 0.5)

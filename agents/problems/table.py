@@ -53,7 +53,7 @@ def row(rating: Rating) -> list[str]:
 
 
 def _other(rating: Rating) -> Loss | None:
-    """Return the loss at the lowest speed that is no body hunting."""
+    """Return the loss at the lowest speed that is not body hunting."""
     known = [
         loss
         for loss in rating.losses

@@ -15,22 +15,22 @@ from agents.problems.problem import Damper, Problem
 Array = NDArray[np.float64]
 
 RATES = (2e4, 2.5e6)
-"""N s/m, of yaw dampers that are built; the stiffest is that of CRH380A."""
+"""Rates (N s/m) of existing yaw dampers; the stiffest is that of CRH380A."""
 
 STIFFNESSES = (1e6, 1e7)
-"""N/m, of their ends."""
+"""Stiffnesses of their ends, N/m."""
 
 PRIMARY_RATES = (1e3, 1e5)
-"""N s/m, of dampers at a wheelset; a stiffer one would hold it against the frame at rest."""
+"""Rates (N s/m) of dampers at a wheelset; a stiffer one would lock it to the frame at rest."""
 
 _GRID = 5
 _EVALUATIONS = 24
-_SAMPLES = 2  # of the robust critical speed, beside corners and middle
+_SAMPLES = 2  # for the robust critical speed, beside corners and middle
 
 
 @dataclass(frozen=True)
 class TunedDamper:
-    """What the search found.
+    """The result of the search.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class TunedDamper:
     speed : float
         Robust critical speed, m/s.
     searched : tuple of (YawDamper or PrimaryDamper, float)
-        All that were looked at, with theirs.
+        All dampers tried, with their robust critical speeds.
     """
 
     damper: Damper

@@ -1,4 +1,4 @@
-"""Sections of the report: what the package does, and how far controllers push the Hopf point."""
+"""Sections of the report: an overview of the package, and the Hopf point under control."""
 
 from agents.reproduction.overview import Overview
 from agents.reproduction.section import HopfPush

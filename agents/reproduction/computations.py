@@ -1,4 +1,4 @@
-"""What the section on controllers computes: functions of plain inputs whose results are kept."""
+"""Computations of the section on controllers: functions of plain inputs whose results are kept."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from design.stability.critical_speed import critical_speed
 from railenv import HIGH_SPEED_COACH_HOLLOW, Bogie
 
 CASE = Case("bogie", HIGH_SPEED_COACH_HOLLOW)
-"""The vehicle that the shipped controllers are for."""
+"""The vehicle of the shipped controllers."""
 
 SPEED_RANGE = (20.0, 400.0)
-"""m/s, within which the critical speeds of closed loops are looked for."""
+"""Range of the search for critical speeds of closed loops, m/s."""
 
 
 def plain(controller: Loaded) -> dict[str, Any]:
-    """Return all that a controller is as plain data and arrays."""
+    """Return a controller as plain data and arrays."""
     content = controller.to_file()
     return {"kind": content.kind, "header": content.header, "arrays": content.arrays}
 
@@ -36,7 +36,7 @@ def _made(name: str, content: Mapping[str, Any]) -> Loaded:
 def evaluation(
     model: Bogie, name: str, controller: Mapping[str, Any], plan: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Evaluate a controller by a plan; returns the summary of the evaluation."""
+    """Evaluate a controller by a plan; return the summary of the evaluation."""
     found = evaluate(_made(name, controller), model, name=name, plan=Plan(**plan))
     return found.summary()
 

@@ -10,7 +10,7 @@ from design.reproduction import DataTable
 
 
 def speeds(found: Sequence[Evaluation]) -> DataTable:
-    """Return the critical speeds on every curve; without a number where a loop has failed."""
+    """Return the critical speeds on every curve; no number if a loop has failed."""
     header = (
         "controller",
         "reads",
@@ -45,7 +45,7 @@ def speeds(found: Sequence[Evaluation]) -> DataTable:
 
 
 def robust(found: Sequence[Evaluation]) -> DataTable:
-    """Return the robust critical speeds and the vehicles that set them."""
+    """Return the robust critical speeds and the vehicles that determine them."""
     header = ("controller", "reads", "robust_m_per_s", "worst_conicity", "worst_creep_factor")
     names = ("conicity", "creep_factor")
     rows = [(e.controller, e.observation, e.robust, *map(e.worst.get, names)) for e in found]
@@ -53,7 +53,7 @@ def robust(found: Sequence[Evaluation]) -> DataTable:
 
 
 def ride(found: Sequence[Evaluation]) -> DataTable:
-    """Return what runs on rough track with noisy sensors took: moments, accelerations, safety."""
+    """Return results of runs on rough track with noisy sensors: moments, accelerations, safety."""
     units = {
         "speed": "speed_m_per_s",
         "moment_rms": "moment_rms_n_m",
@@ -79,7 +79,7 @@ def growth(rates: Mapping[str, Any]) -> DataTable:
 
 
 def diagrams(diagrams: Sequence[Mapping[str, Any]]) -> DataTable:
-    """Return what every simulated offset settles at; infinite without a running equilibrium."""
+    """Return the final amplitude of every simulated offset; infinite without an equilibrium."""
     header = ("controller", "offset_m", "speed_m_per_s", "amplitude_y_w1_m")
     rows = [
         (each["controller"], float(offset), float(v), float(left))
@@ -91,7 +91,7 @@ def diagrams(diagrams: Sequence[Mapping[str, Any]]) -> DataTable:
 
 
 def frictions(found: Sequence[Evaluation]) -> DataTable:
-    """Return up to where an offset dies out at other coefficients of friction."""
+    """Return the speeds up to which an offset dies out at other coefficients of friction."""
     header = ("controller", "radius_m", "cant_rad", "friction", "disturbed_m_per_s")
     rows = [
         (each.controller, curve.radius, curve.cant, float(mu), speed)

@@ -17,11 +17,11 @@ from design.cycles.cycle import CycleBranch
 from design.reproduction import Drawing
 from design.reproduction.drawing import legend_below, panel, retitle, take_handles
 
-_SHOWN = 25.0  # 1/s, of growth rates: beyond it a vehicle is at rest, or hunts, within a blink
+_SHOWN = 25.0  # 1/s, of growth rates: beyond it a vehicle is at rest, or hunts, almost at once
 
 
 def pushes(found: Sequence[Evaluation]) -> tuple[Drawing, ...]:
-    """Draw how far each controller moves the critical speeds, a figure for each curve."""
+    """Draw the shift of the critical speeds by each controller, a figure for each curve."""
     drawings = []
     for i, curve in enumerate(found[0].curves):
         figure, ax = panel("", 2.6 + 0.26 * len(found))
@@ -38,7 +38,7 @@ def pushes(found: Sequence[Evaluation]) -> tuple[Drawing, ...]:
 
 
 def growth(found: Sequence[Evaluation], rates: Mapping[str, Any]) -> tuple[Drawing, ...]:
-    """Draw growth rates over speed: of controllers that read sensors, and of the others."""
+    """Draw growth rates over speed, for controllers that read sensors and for the others."""
     drawings = []
     speeds = next(iter(rates.values()))["speeds"]
     palette = colors(e.controller for e in found)

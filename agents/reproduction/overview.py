@@ -1,4 +1,4 @@
-"""What the package does, in one coach: the report begins with it."""
+"""An overview of the package on one coach, with which the report begins."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _COLORS = {"sensors": SERIES[0], "state": SERIES[1]}
 _READS = {"sensors": "from what a train can measure", "state": "from the full state"}
 
 HEADINGS = ("controller", "reads", "hunts from", "at")
-"""Of the table of controllers."""
+"""Headings of the table of controllers."""
 
 CAPTION = "Linear critical speeds of the sampled closed loops, tangent track."
 
@@ -40,8 +40,7 @@ class Controlled:
     name : str
     reads : {"sensors", "state"}
     speed, frequency : float or None
-        Linear critical speed (m/s) and frequency there (Hz); None if it is stable at all speeds
-        looked at.
+        Linear critical speed (m/s) and frequency there (Hz); None if it is stable at all speeds tried.
     """
 
     name: str
@@ -51,7 +50,7 @@ class Controlled:
 
     @property
     def reached(self) -> float:
-        """Critical speed (m/s), or the highest looked at."""
+        """Critical speed (m/s), or the highest speed tried."""
         return SPEED_RANGE[1] if self.speed is None else self.speed
 
 
@@ -61,7 +60,7 @@ class Overview(Section):
     Parameters
     ----------
     settings : Settings
-        How finely the limit cycles are followed.
+        Settings, for the resolution of the limit cycles.
     """
 
     key = "overview"
@@ -93,7 +92,7 @@ class Overview(Section):
         return found
 
     def controlled(self, data: Data) -> list[Controlled]:
-        """Return the controllers with what they reach: the coach alone, then the best first."""
+        """Return the controllers with their results: the coach alone, then the best first."""
         found = [
             Controlled(name, controller.observation, **data[self._critical(name).name])
             for name, controller in self._shipped.items()
@@ -101,7 +100,7 @@ class Overview(Section):
         return sorted(found, key=lambda each: (each.name != PASSIVE, -each.reached))
 
     def sentences(self, data: Data) -> list[str]:
-        """Return what the analysis tells of the coach alone, and what its controllers reach."""
+        """Return the results of the coach alone, and of its controllers."""
         branch, found = self.branch(data), self.controlled(data)
         low, hopf = branch.nonlinear_critical_speed, branch.hopf
         assert low is not None
@@ -136,14 +135,14 @@ class Overview(Section):
         return fragment(
             "table.html",
             paragraphs=self.sentences(data),
-            caption=f"{CAPTION} “>”: stable up to the highest speed looked at.",
+            caption=f"{CAPTION} “>”: stable up to the highest speed tried.",
             header=HEADINGS,
             rows=self.rows(data),
             words=2,
         )
 
     def draw(self, data: Data) -> tuple[Drawing, ...]:
-        """Draw the bifurcation diagram and how far each controller moves its Hopf point."""
+        """Draw the bifurcation diagram, and the Hopf point with each controller."""
         return (
             Drawing("overview_branch", _diagram(self.branch(data)), _BRANCH, _GROUP),
             Drawing("overview_controllers", _bars(self.controlled(data)), _CONTROLLERS, _GROUP),

@@ -1,4 +1,4 @@
-"""How far controllers push the Hopf point, as a section of the reproduction report."""
+"""The shift of the Hopf point by controllers, as a section of the reproduction report."""
 
 from __future__ import annotations
 
@@ -31,22 +31,22 @@ _RATES = 96  # speeds of the growth rates
 
 
 class HopfPush(Section):
-    """How far each of some controllers moves the coach's critical speeds.
+    """The coach's critical speeds with each of some controllers.
 
     Parameters
     ----------
     settings : Settings
-        Of the whole report.
+        Settings of the whole report.
     plan : Plan
-        What every controller is evaluated by.
+        Plan for the evaluation of every controller.
     controllers : mapping of str to controller, optional
-        By what to call them; all that are shipped when left out. The vehicle alone, ``"passive"``, must
-        be among them.
+        Controllers by name; all shipped ones when left out. The vehicle alone, ``"passive"``, must be
+        among them.
 
     Raises
     ------
     ParameterError
-        If the passive one is missing, or a name cannot be that of a file.
+        If the passive one is missing, or a name is not usable for a file.
     """
 
     key = "hopf-push"
@@ -74,7 +74,7 @@ class HopfPush(Section):
     # ----------------------------------------------------------------- computations
 
     def pieces(self) -> tuple[Piece, ...]:
-        """Return what is computed of every controller, and the limit cycles without control."""
+        """Return the computations for every controller, and the limit cycles without control."""
         made = (self._evaluation, self._diagram, self._growth)
         return (*(of(name) for of in made for name in self._content), self._branch())
 
@@ -112,7 +112,7 @@ class HopfPush(Section):
     # ----------------------------------------------------------------- what is shown
 
     def text(self, data: Data) -> Markup:
-        """Return what the controllers reach, the push of each, and the leaderboard."""
+        """Return the results of the controllers, the push of each, and the leaderboard."""
         found = self.evaluations(data)
         push = fragment(
             "table.html",

@@ -1,4 +1,4 @@
-"""What the section on controllers says of their evaluations."""
+"""The words of the section on controllers about their evaluations."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from agents.reproduction.computations import CASE
 from railenv import Equipped
 
 PASSIVE = "passive"
-"""The vehicle alone, which all others are compared with."""
+"""The vehicle alone, with which all others are compared."""
 
 _READINGS = ("linear", "nonlinear", "robust")
 
@@ -22,7 +22,7 @@ def passive(found: Sequence[Evaluation]) -> Evaluation:
 
 
 def paragraphs(found: Sequence[Evaluation], vehicle: Equipped) -> list[str]:
-    """Return what is compared, and what the controllers that read sensors reach."""
+    """Return the comparison, and the results of controllers that read sensors."""
     actuator = vehicle.actuator
     told = [
         f"The same questions about the {CASE.title}, now with an actuated yaw damper between "
@@ -50,7 +50,7 @@ def _highest(found: Sequence[Evaluation], reading: str) -> str:
     top = found[0].plan.speed_range[1]
     best = max(found, key=lambda e: getattr(e, reading) or 0.0)
     value = written(getattr(best, reading), top)
-    # all that print the same: what lies between them means nothing
+    # all that print the same, since smaller differences mean nothing
     names = [e.controller for e in found if written(getattr(e, reading), top) == value]
     return f"{reading} {value} m/s ({', '.join(names)})"
 
@@ -62,12 +62,12 @@ def _own(found: Sequence[Evaluation]) -> str:
 
 
 def caption_of_pushes(found: Sequence[Evaluation]) -> str:
-    """Return what the table of pushes shows."""
+    """Return the caption of the table of pushes."""
     return f"How far each controller moves the critical speeds, m/s. {_marks(found)}"
 
 
 def caption_of_leaderboard(found: Sequence[Evaluation]) -> str:
-    """Return what the leaderboard shows."""
+    """Return the caption of the leaderboard."""
     return f"The critical speeds themselves, m/s. {_marks(found)}"
 
 
@@ -75,7 +75,7 @@ def _marks(found: Sequence[Evaluation]) -> str:
     low, high = found[0].plan.speed_range
     return (
         f"\u201cfailed\u201d: already at {low:g} m/s the loop is unstable, or hunting goes on; "
-        f"\u201c>\u201d: stable up to {high:g} m/s, the highest speed looked at."
+        f"\u201c>\u201d: stable up to {high:g} m/s, the highest speed tried."
     )
 
 
@@ -86,7 +86,7 @@ def push_columns(evaluation: Evaluation) -> tuple[str, ...]:
 
 
 def pushes(found: Sequence[Evaluation]) -> list[tuple[str, ...]]:
-    """Return how far each controller moves the critical speeds, a row for each but the passive one."""
+    """Return the shifts of the critical speeds, a row for each controller but the passive one."""
     alone = passive(found)
     return [_pushes(each, alone) for each in found if each is not alone]
 

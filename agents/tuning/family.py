@@ -30,7 +30,7 @@ class Family:
     A : ndarray, shape (q, n, n)
     B : ndarray, shape (q, n, m)
     S : ndarray, shape (p, n)
-        Picks the readings from the states.
+        Selects the readings from the states.
     speed : ndarray, shape (q,)
         m/s.
     """
@@ -105,7 +105,7 @@ class Family:
     def stable_up_to(self, law: Law, period: float, decay: float) -> float:
         """Return the speed (m/s) up to which every plant decays at a rate (1/s), by interpolation.
 
-        Where that fails at the lowest speed already, the excess of the growth rate, negative.
+        If that fails at the lowest speed, return the excess of the growth rate, negative.
         """
         speeds = np.unique(self.speed)
         excess = self.growth(law, period) + decay

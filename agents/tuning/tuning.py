@@ -1,8 +1,8 @@
 """Tuning of yaw-rate feedback, LQG and H-infinity control by search, on their robust stability.
 
 All maximise the speed up to which every plant of a family (several conicities and creep factors, from
-20 m/s on) decays: what the evaluation calls the robust critical speed. The search is SciPy's
-differential evolution.
+20 m/s) decays: the robust critical speed of the evaluation. The search is SciPy's differential
+evolution.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ SPEEDS = tuple(float(v) for v in range(20, 261, 10))
 """m/s."""
 
 DECAY = 0.3
-"""1/s, at which every motion of every plant has to decay."""
+"""Rate (1/s) at which every motion of every plant has to decay."""
 
 T = TypeVar("T", bound=ScheduledController)
 
 _CANDIDATES = 24  # of a generation of H-infinity controllers
 _SPREAD = 0.3  # of them around the usual one, as logarithms
-_FAILED = 1e3  # what a design that cannot be computed costs
+_FAILED = 1e3  # cost of a design that cannot be computed
 
 
 def tune_yaw_rate(
@@ -73,10 +73,10 @@ def tune_lqg(
     seed: int = 0,
     period: float = CONTROL_PERIOD,
 ) -> LQG:
-    """Tune what an LQG is designed with on its robust critical speed.
+    """Tune the design parameters of an LQG on its robust critical speed.
 
-    That is the conicity that it believes in (where the contact has that number), the weight of the
-    moment, and the intensities of the disturbances and of the noise.
+    They are the assumed conicity (if the contact has that number), the weight of the moment, and the
+    intensities of the disturbances and of the noise.
 
     Parameters
     ----------
@@ -129,12 +129,12 @@ def tune_h_infinity(
     seed: int = 0,
     period: float = CONTROL_PERIOD,
 ) -> HInfinity:
-    """Tune what an H-infinity controller is designed with on its robust critical speed.
+    """Tune the design parameters of an H-infinity controller on its robust critical speed.
 
-    That is the weights of moment and yaw angle, the intensities of moments and of noise, the size of
+    They are the weights of moment and yaw angle, the intensities of moments and of noise, the size of
     the motion to which unforeseen forces belong, roll-off and slack; the search starts around the
-    defaults. Of conicity (where the contact has that number) the design believes in the geometric
-    middle of its range.
+    defaults. The design assumes the geometric middle of the range of conicity (if the contact has that
+    number).
 
     Parameters
     ----------
@@ -142,8 +142,8 @@ def tune_h_infinity(
     speeds : sequence of float
         Between which it is scheduled, m/s; a single one for a fixed one.
     tolerance : float
-        Share by which the gain of all actuators may be off, either way. Tuned for exact ones, a
-        controller reaches higher speeds and has hardly a margin.
+        Share by which the gain of all actuators may be off, either way. A controller tuned for exact
+        actuators reaches higher speeds but has hardly any margin.
     generations : int
         Of the search, with 24 candidates each.
     seed : int
@@ -203,8 +203,8 @@ def _searched(
 ) -> T:
     """Return the best design that a search finds.
 
-    The search begins with the candidates ``around``, or anywhere within the bounds. Every plant has to
-    decay with each of some gains of its actuators.
+    The search starts from the candidates ``around``, or anywhere within the bounds. Every plant has to
+    decay with each of several gains of its actuators.
     """
     signals = [reading.signal for reading in readings_of(model, "sensors", period)]
     with one_blas_thread():

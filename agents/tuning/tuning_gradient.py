@@ -1,8 +1,8 @@
 """Tuning of structured output feedback by the gradient of the worst growth rate.
 
 Vehicles of several conicities (or wears) and creep factors at speeds up to a target make a family of
-linear plants. An eigenvalue's derivative with respect to the gains is known from its eigenvectors where
-the loop closes. So the worst growth rate of the family, as a soft maximum, is minimised with its
+linear plants. The derivatives of an eigenvalue with respect to the gains follow from its eigenvectors
+where the loop closes. So the worst growth rate of the family, as a soft maximum, is minimised with its
 gradient. The target speed rises as long as every plant of the family can be kept stable.
 """
 
@@ -34,7 +34,7 @@ from railenv.threads import one_blas_thread
 Array = NDArray[np.float64]
 
 _ACCELERATION, _YAW_RATE = 0.4, 4.0
-"""Usual gains, in shares of the limit per m/s^2 and per rad/s, so that the search sees like sizes."""
+"""Usual gains, in shares of the limit per m/s^2 and per rad/s, to scale the search."""
 
 _SHARPNESS = 4.0  # s, of the soft maximum of decay rates
 _TOP = 4  # slowest modes of each plant that count
@@ -45,15 +45,15 @@ _LARGEST = 1e60  # entry of a left eigenvector, in whatever unit
 
 @dataclass(frozen=True, kw_only=True)
 class Goal:
-    """What the tuning asks for.
+    """The goal of the tuning.
 
     Attributes
     ----------
     vehicles : tuple of mapping, optional
         Changes of the model, each a vehicle that has to decay; when left out, five conicities (or
-        wears) with two creep factors, as far as the model has these numbers.
+        wears) with two creep factors, if the model has these numbers.
     speeds : tuple of float
-        m/s; the target speed is added.
+        Speeds, m/s; the target speed is added.
     decay : float
         Rate (1/s) at which every motion of every plant has to decay.
     noise : float
@@ -74,7 +74,7 @@ class Goal:
 
 @dataclass(frozen=True)
 class _Gains:
-    """How scaled gains of a search, shape (nodes, m, t), are those of the controller.
+    """Scaling of a search's gains, shape (nodes, m, t), to those of the controller.
 
     Attributes
     ----------
@@ -88,14 +88,14 @@ class _Gains:
 
     @classmethod
     def of(cls, model: Equipped, filters: Filters, period: float) -> Self:
-        """Return those of a model's output feedback."""
+        """Return the scaling for a model's output feedback."""
         terms, limits = terms_of(model, filters), model.limits
         units = np.outer(limits, [_usual(term) for term in terms])
         noise = _let_through(model, terms, period)
         return cls(units, noise / limits[:, None, None] ** 2)
 
     def scaled(self, gains: ArrayLike, nodes: int) -> Array:
-        """Return given gains as the search has them."""
+        """Return given gains as scaled in the search."""
         given = np.asarray(gains, dtype=float)
         shape = (nodes, *self.units.shape)
         if given.shape != shape or not np.isfinite(given).all():
@@ -115,7 +115,7 @@ class _Gains:
 
 
 def _inverses(right: Array) -> Array:
-    """Return the left eigenvectors of matrices; infinities where right ones are not independent."""
+    """Return the left eigenvectors of matrices; infinities if right ones are not independent."""
     try:
         return np.asarray(np.linalg.inv(right))
     except np.linalg.LinAlgError:
@@ -194,7 +194,7 @@ class _Objective:
         return float(value), gradient.ravel()
 
     def minimized(self, x: Array, period: float, iterations: int) -> Any:
-        """Return what SciPy finds from scaled gains, by the quasi-Newton method."""
+        """Return SciPy's result from scaled gains, by the quasi-Newton method."""
         options = {"maxiter": iterations}
         return optimize.minimize(self, x, (period,), "L-BFGS-B", jac=True, options=options)
 
@@ -209,7 +209,7 @@ class Tuned:
     target : float
         Highest speed (m/s) for which the goal was met.
     evaluations : int
-        Closed-loop families that were looked at: the tuning's budget.
+        Number of closed-loop families evaluated: the cost of the tuning.
     """
 
     controller: OutputFeedback
@@ -241,16 +241,16 @@ def tune_output_feedback(
         Speeds between which gains are linear, m/s; they are held beyond the target that was reached.
     goal : Goal, optional
     begin : array_like, shape (nodes, m, t), optional
-        Gains that the search starts from, as those of :meth:`OutputFeedback.design`; those of a plain
-        yaw damper when left out.
+        Gains from which the search starts, as in :meth:`OutputFeedback.design`; those of a plain yaw
+        damper when left out.
     start, step, highest : float
-        Target speeds that are tried, m/s.
+        First target speed, step and highest target speed, m/s.
     iterations : int
-        Of the quasi-Newton method, for each target.
+        Iterations of the quasi-Newton method for each target.
     period : float
         Control period, s.
     seed : int
-        Of the gains that the search starts from, where they are left out; 0 is the plain yaw damper.
+        Seed of the initial gains if they are left out; 0 is the plain yaw damper.
 
     Returns
     -------
@@ -298,7 +298,7 @@ def tune_output_feedback(
 
 
 class _Problem:
-    """What of a tuning stays the same while its target speed rises."""
+    """The constant parts of a tuning while its target speed rises."""
 
     def __init__(
         self, model: Equipped, filters: Filters, knots: Array, goal: Goal, period: float
@@ -325,9 +325,9 @@ class _Problem:
 
 
 def _let_through(model: Equipped, terms: Sequence[Term], period: float) -> Array:
-    """Return the covariance of white noise behind the terms: none between those of two sensors.
+    """Return the covariance of white noise after the terms: none between those of two sensors.
 
-    A low-pass filter gives what it has seen before now, which this moment's noise is not in.
+    The output of a low-pass filter contains past readings only, so not the present noise.
     """
     s = model.sensors
     found = np.zeros((len(terms), len(terms)))
@@ -348,7 +348,7 @@ def _alike(one: float | None, other: float | None, period: float) -> float:
 
 
 def _held(gains: Array, knots: Array, reached: float) -> tuple[Array, Array]:
-    """Return speeds and gains of which none changes beyond a speed, where nothing was asked of them."""
+    """Return speeds and gains held constant beyond a speed, where the goal did not cover them."""
     held = np.append(knots[knots < reached], reached)
     columns = gains.reshape(len(knots), -1).T
     interpolated = np.array([np.interp(held, knots, column) for column in columns]).T

@@ -1,6 +1,6 @@
-"""Scalars that are zero where a matrix is singular, or a pair of its eigenvalues critical.
+"""Scalars that are zero where a matrix is singular or a pair of its eigenvalues is critical.
 
-Both are smooth where eigenvalues themselves are not, as where two of them meet.
+Both are smooth even where eigenvalues are not, such as where two of them meet.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from scipy import linalg
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-_SMALL = 1e-6  # of the largest magnitude: what is near zero is told apart by that much
+_SMALL = 1e-6  # of the largest magnitude: resolution of eigenvalues near zero
 _REAL = 1e-9  # of the largest magnitude: imaginary parts below count as none
 
 
 class NoPoint(Exception):
-    """No point of a curve is found where it was looked for."""
+    """No point of a curve was found in a search."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def bordered(A: Array, left: Array, right: Array) -> Bordered:
     ----------
     A : ndarray, shape (n, n)
     left, right : ndarray, shape (n,)
-        Borders: vectors that are near the null vectors.
+        Borders: vectors near the null vectors.
     """
     n = len(A)
     matrix = np.zeros((n + 1, n + 1))
@@ -71,7 +71,7 @@ def null_vectors(A: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class Pair:
-    """Two eigenvalues of a matrix, as the invariant subspace that belongs to them.
+    """Two eigenvalues of a matrix with their invariant subspace.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ class Pair:
 
     @property
     def eigenvalues(self) -> Complex:
-        """The two."""
+        """The two eigenvalues."""
         return np.asarray(np.linalg.eigvals(self.block).astype(complex))
 
     def of_sum(self) -> Array:
@@ -116,7 +116,7 @@ def pair_near(A: Array, total: float, product: float) -> Pair:
     Raises
     ------
     NoPoint
-        If the pair cannot be told from the others.
+        If the pair cannot be distinguished from the others.
     """
     if not np.isfinite(A).all():
         raise NoPoint
@@ -137,7 +137,7 @@ def pair_near(A: Array, total: float, product: float) -> Pair:
 
 
 def _nearest_pair(values: Complex, total: float, product: float) -> list[int]:
-    """Return which two eigenvalues, both real or conjugate, come nearest to a sum and a product."""
+    """Return the indices of the two eigenvalues, real or conjugate, nearest to a sum and a product."""
     real = np.abs(values.imag) <= _REAL * np.abs(values).max()
     couples = [list(c) for c in combinations(np.flatnonzero(real).tolist(), 2)]
     for i in np.flatnonzero(~real & (values.imag > 0.0)).tolist():

@@ -1,4 +1,4 @@
-"""The one equation that makes a motion critical: a singular matrix, or a pair on its limit."""
+"""The equation that makes a motion critical: a singular matrix, or a pair on its limit."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ Array = NDArray[np.float64]
 
 
 class Condition(Protocol):
-    """What is zero along a curve."""
+    """A condition: a function that is zero along a curve."""
 
     def row(self, local: Local) -> tuple[float, Array]:
         """Return its value and its derivatives by all unknowns."""
 
     def settle(self, local: Local) -> None:
-        """Refer it to a motion that was found."""
+        """Refer it to a new motion."""
 
 
 class Singular:
@@ -46,11 +46,11 @@ class Singular:
         moved = local.map[:, :n] - self._multiplier * np.eye(n)
         if self._multiplier < 0:
             return moved
-        # with the period as an unknown, and the phase held, only a fold is singular
+        # with the period as an unknown and the phase held, only a fold is singular
         return np.block([[moved, local.map[:, n : n + 1]], [local.phase, 0.0]])
 
     def solved(self, local: Local) -> Bordered:
-        """Return the null vectors, and what is zero where the matrix is singular."""
+        """Return the null vectors, and the scalar that is zero where the matrix is singular."""
         A = self.matrix(local)
         left, right = self._borders or null_vectors(A)
         return bordered(A, left, right)
@@ -66,7 +66,7 @@ class Singular:
         return found.value, -found.left[: self._motion.n] @ bent
 
     def settle(self, local: Local) -> None:
-        """Border the matrix by its null vectors at a motion that was found."""
+        """Border the matrix by its null vectors at a new motion."""
         found = self.solved(local)
         right, left = (v / np.linalg.norm(v) for v in (found.right, found.left))
         self._borders = left, right
@@ -75,8 +75,8 @@ class Singular:
 class OnLimit:
     """A pair of eigenvalues is critical: on the imaginary axis, or on the unit circle.
 
-    Its sum is zero for an equilibrium, its product 1 for a period. So are those of two real ones beyond
-    the point where the pair meets, and nothing is singular there.
+    Its sum is zero for an equilibrium, its product 1 for a period. The same holds for two real ones
+    beyond the point where the pair meets, without any singularity.
 
     Parameters
     ----------
@@ -105,6 +105,6 @@ class OnLimit:
         return value, np.asarray(sum(l @ b for l, b in zip(left.T, bent, strict=True)))
 
     def settle(self, local: Local) -> None:
-        """Refer to the pair of a motion that was found."""
+        """Refer to the pair of a new motion."""
         pair = self.pair(local)
         self._near = pair.sum, pair.product

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_SAME = 1e-7  # of the way between two points: passages nearer than this are one
+_SAME = 1e-7  # of the way between two points: passages closer than this are one
 CurveKind = Literal[
     "Hopf",
     "fold of equilibria",
@@ -50,21 +50,21 @@ class CurvePoint:
     state : ndarray, shape (n_states,)
         The equilibrium, or the periodic motion where a period begins.
     period : float or None
-        s, of the periodic motion or of the critical mode; None at a fold of equilibria.
+        Period of the periodic motion or of the critical mode, s; None at a fold of equilibria.
     amplitudes : ndarray or None, shape (n_states,)
         Half the distance from peak to peak of every state; None for equilibria.
     critical : complex
         The critical eigenvalue (1/s) or Floquet multiplier, its imaginary part not negative.
     spectrum : ndarray of complex
-        All eigenvalues (1/s), or all multipliers but the trivial one, the largest first.
+        All eigenvalues (1/s), or all multipliers except the trivial one, the largest first.
     coefficient : float or None
-        Of the normal form. Hopf: the first Lyapunov coefficient, as in :class:`design.HopfPoint` (None
-        where the equations are not smooth enough); period doubling and symmetry breaking: that of
-        the cube, positive where the new motion is stable (supercritical); folds: that of the square,
-        zero at a cusp; None on torus curves. All but the first belong to states in units of the
-        model's scale and the amplitude: their signs matter.
+        Coefficient of the normal form. Hopf: the first Lyapunov coefficient, as in
+        :class:`design.HopfPoint` (None if the equations are not smooth enough); period doubling and
+        symmetry breaking: that of the cube, positive where the new motion is stable (supercritical);
+        folds: that of the square, zero at a cusp; None on torus curves. All but the first refer to
+        states in units of the model's scale and the amplitude, so that only their signs matter.
     steps : int
-        Runge-Kutta steps in which the period was integrated; 0 for equilibria.
+        Number of Runge-Kutta steps over the period; 0 for equilibria.
     """
 
     parameters: tuple[str, str]
@@ -82,19 +82,19 @@ class CurvePoint:
 
     @property
     def frequency(self) -> float | None:
-        """Hz; None at a fold of equilibria."""
+        """Frequency, Hz; None at a fold of equilibria."""
         return None if self.period is None else 1.0 / self.period
 
 
 @dataclass(frozen=True)
 class CurveSpecialPoint:
-    """A point of a curve at which a second condition is fulfilled.
+    """A point of a curve at which a second condition holds.
 
     Attributes
     ----------
     kind : str
-        Equilibria: "Bautin" (the first Lyapunov coefficient is zero: hunting that grows gently gives
-        way to hunting that jumps), "Hopf-Hopf" (a second pair on the axis), "fold-Hopf" (a zero
+        Equilibria: "Bautin" (the first Lyapunov coefficient is zero: hunting changes from growing
+        gently to jumping), "Hopf-Hopf" (a second pair on the axis), "fold-Hopf" (a zero
         eigenvalue), "Bogdanov-Takens" (the frequency goes to zero), "cusp" (two folds meet).
         Periodic motions: "cusp", "fold-flip", "fold-torus", "flip-torus", "double torus", "1:1
         resonance" to "1:4 resonance", "degenerate period doubling", and "degenerate symmetry breaking"
@@ -131,14 +131,14 @@ class BifurcationCurve:
     plane : Plane
         Model, running conditions, and the two parameters with their ranges.
     points : tuple of CurvePoint
-        In the order of the curve, which may turn back in either parameter.
+        Points in the order of the curve, which may turn back in either parameter.
     special : tuple of CurveSpecialPoint
-        In the order of the curve.
+        Special points in the order of the curve.
     ended : (str, str)
-        Why the curve ends at its first and at its last point.
+        Reasons why the curve ends at its first and at its last point.
     complete : bool
-        Whether it ends on both sides as it was meant to (end of a range or of the number of points,
-        or a point at which such curves end), not by failure or interruption.
+        Whether it ends on both sides as intended (end of a range or of the number of points, or a
+        point at which such curves end), not by failure or interruption.
     """
 
     kind: CurveKind
@@ -192,15 +192,15 @@ class BifurcationCurve:
         return dict(zip(self.plane.model.state_names, table, strict=True))
 
     def at(self, parameter: str, value: float) -> tuple[float, ...]:
-        """Return the values of the other parameter where one has a value.
+        """Return the values of the other parameter where one has a given value.
 
-        One for each passage, in the order of the curve; between points by Hermite's cubic, which uses
+        There is one for each passage, in the order of the curve; between points Hermite's cubic uses
         the exact direction of the curve at both.
 
         Parameters
         ----------
         parameter : str
-            One of the two.
+            Name of one of the two.
         value : float
             Its value.
         """
@@ -248,7 +248,7 @@ class BifurcationCurve:
     def plot(self, ax: Axes | None = None) -> control.ControlPlot:
         """Draw the curve in the plane of its parameters, with its special points.
 
-        Given axes that another curve is drawn in, it is drawn there too.
+        Axes of another curve may be given, to draw both in one plot.
         """
         from design.curves.curve_plots import plot_curve
 

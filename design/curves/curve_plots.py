@@ -1,4 +1,4 @@
-"""How a curve of bifurcations is drawn."""
+"""Drawings of curves of bifurcations."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _OTHER = "*"
 
 
 def plot_curve(curve: BifurcationCurve, ax: Axes | None = None) -> control.ControlPlot:
-    """Draw a curve in the plane of its parameters; dashed where what leaves it is unstable."""
+    """Draw a curve in the plane of its parameters; dashed where the motion that leaves is unstable."""
     with style():
         ax = axes_or_new(ax, (6.8, 4.6))
         x, y = (curve.value[name] for name in curve.parameters)
@@ -70,7 +70,7 @@ def plot_curve(curve: BifurcationCurve, ax: Axes | None = None) -> control.Contr
 
 
 def _gentle(curve: BifurcationCurve) -> np.ndarray:
-    """Return where the curve is drawn solid: all but Hopf points and flips that are subcritical."""
+    """Return where the curve is drawn solid: everywhere but at subcritical Hopf points and flips."""
     sign = {"Hopf": -1.0, "period doubling": 1.0, "symmetry breaking": 1.0}.get(curve.kind)
     if sign is None:
         return np.ones(len(curve), dtype=bool)

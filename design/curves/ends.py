@@ -1,4 +1,4 @@
-"""Where curves end other than at the end of a range."""
+"""Ends of curves other than at the end of a range."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from design.curves.plane import Plane
 from design.curves.systems import hopf_system
 from design.cycles.shooting import displacement
 
-_CLOSED = 0.1  # of a step: how near a closed curve passes its first point
-_STEP, _STEPS = 0.1, 12  # longest step to a Bautin point, and how many on either side
-_FARTHEST = 0.5  # units of arclength from where the amplitude went to zero to the Bautin point
+_CLOSED = 0.1  # of a step: distance at which a closed curve passes its first point
+_STEP, _STEPS = 0.1, 12  # longest step to a Bautin point, and number of steps on either side
+_FARTHEST = 0.5  # units of arclength from the place of zero amplitude to the Bautin point
 
 
 def bautin_near(plane: Plane, smallest: Node) -> Node | None:
@@ -27,13 +27,13 @@ def bautin_near(plane: Plane, smallest: Node) -> Node | None:
     ----------
     plane : Plane
     smallest : Node
-        Its last point, of a motion of small amplitude.
+        Its last point, a motion of small amplitude.
 
     Returns
     -------
     Node or None
-        Where the first Lyapunov coefficient changes its sign along the curve of Hopf points; None
-        where it does not do so nearby, as with equations that are not smooth enough to have one.
+        Point where the first Lyapunov coefficient changes its sign along the curve of Hopf points; None
+        if it does not do so nearby, as with equations that are not smooth enough to have one.
     """
     n, period = plane.model.n_states, float(smallest.z[-3])
     guess = np.concatenate([smallest.z[:n], smallest.values])
@@ -53,9 +53,9 @@ def bautin_near(plane: Plane, smallest: Node) -> Node | None:
 
 
 def at_rest(bautin: Node, last: Node) -> Node:
-    """Return a Bautin point as the motion of no amplitude in which a curve of folds ends.
+    """Return a Bautin point as the motion of zero amplitude in which a curve of folds ends.
 
-    The parameters change with the square of the amplitude, so they stand still there.
+    The parameters change with the square of the amplitude, so they are stationary there.
     """
     told, n = bautin.features, len(bautin.z) - 2
     assert told.period is not None
@@ -81,7 +81,7 @@ def size(plane: Plane, told: Features) -> float:
 
 
 def closes(first: Node, last: Node, new: Node, phased: bool) -> bool:
-    """Whether a step passes the first point of the curve in the first direction.
+    """Return whether a step passes the first point of the curve in the first direction.
 
     The state of a periodic motion is left out: its phase has moved.
     """

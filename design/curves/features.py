@@ -1,4 +1,4 @@
-"""What is told of the points of a curve, and the functions whose zeros are its special points."""
+"""Features of the points of a curve, and the functions whose zeros are its special points."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ VANISHING = "vanishing"
 
 @dataclass(frozen=True)
 class Features:
-    """What is told of a point of a curve.
+    """The features of a point of a curve.
 
     Attributes
     ----------
     critical : complex
-        The eigenvalue (1/s) or multiplier that is critical.
+        The critical eigenvalue (1/s) or multiplier.
     spectrum : ndarray of complex
-        All eigenvalues (1/s), or all multipliers but the trivial one.
+        All eigenvalues (1/s), or all multipliers except the trivial one.
     coefficient : float or None
-        Of the normal form; see :class:`design.CurvePoint`.
+        Coefficient of the normal form; see :class:`design.CurvePoint`.
     period : float or None
         s.
     amplitudes : ndarray or None, shape (n_states,)
@@ -44,7 +44,7 @@ class Features:
     error : float
         Distance of the trivial multiplier from 1.
     steps : int
-        In time, of a period.
+        Number of time steps in a period.
     """
 
     critical: complex
@@ -62,7 +62,7 @@ class Features:
 
 
 def hopf_features(motion: Motion, condition: OnLimit, local: Local) -> Features:
-    """Return what is told of a Hopf point."""
+    """Return the features of a Hopf point."""
     n = motion.n
     spectrum = _eigenvalues(local.map[:, :n])
     pair = condition.pair(local)
@@ -83,7 +83,7 @@ def hopf_features(motion: Motion, condition: OnLimit, local: Local) -> Features:
 
 
 def fold_features(motion: Motion, condition: Singular, local: Local) -> Features:
-    """Return what is told of a fold of equilibria."""
+    """Return the features of a fold of equilibria."""
     n = motion.n
     spectrum = _eigenvalues(local.map[:, :n])
     rest = _without(spectrum, np.zeros(1))
@@ -98,7 +98,7 @@ def fold_features(motion: Motion, condition: Singular, local: Local) -> Features
 
 
 def cycle_fold_features(motion: Periodic, condition: Singular, local: Local) -> Features:
-    """Return what is told of a fold of periodic motions."""
+    """Return the features of a fold of periodic motions."""
     n = motion.n
     multipliers, error = _multipliers(motion, local)
     right, left = unit_vectors(condition, local)
@@ -114,7 +114,7 @@ def cycle_fold_features(motion: Periodic, condition: Singular, local: Local) -> 
 
 
 def flip_features(motion: Periodic, condition: Singular, local: Local) -> Features:
-    """Return what is told of a period doubling, or of a mirror image that is lost."""
+    """Return the features of a period doubling, or of a symmetry breaking."""
     multipliers, error = _multipliers(motion, local)
     right, left = unit_vectors(condition, local)
     cube = flip_coefficient(motion, local, right, left)
@@ -137,7 +137,7 @@ def flip_features(motion: Periodic, condition: Singular, local: Local) -> Featur
 
 
 def torus_features(motion: Periodic, condition: OnLimit, local: Local) -> Features:
-    """Return what is told of a torus point."""
+    """Return the features of a torus point."""
     multipliers, error = _multipliers(motion, local)
     pair = condition.pair(local)
     negative, positive, pairs = _classes(_without(multipliers, pair.eigenvalues))
@@ -183,7 +183,7 @@ def _multipliers(motion: Periodic, local: Local) -> tuple[Complex, float]:
 
 
 def _heading(motion: Periodic, local: Local) -> float:
-    """Return how the motion sets off in the direction of the reference: its sign changes at rest."""
+    """Return the motion's slope in the direction of the reference, whose sign changes at rest."""
     return float(local.phase @ motion.slope(local))
 
 
@@ -191,7 +191,7 @@ def _heading(motion: Periodic, local: Local) -> float:
 
 
 def _eigenvalues(A: Array) -> Complex:
-    """Return eigenvalues, the largest first; imaginary parts that are rounding errors are zero."""
+    """Return eigenvalues, the largest first, with imaginary rounding errors set to zero."""
     values = np.linalg.eigvals(A).astype(complex)
     real = np.abs(values.imag) < _REAL * np.abs(values)
     values = np.where(real, values.real, values)
@@ -199,7 +199,7 @@ def _eigenvalues(A: Array) -> Complex:
 
 
 def _without(values: Complex, removed: NDArray[np.generic]) -> Complex:
-    """Return eigenvalues without those that are nearest to given ones."""
+    """Return eigenvalues without those nearest to given ones."""
     for v in removed:
         values = np.delete(values, int(np.argmin(np.abs(values - v))))
     return values

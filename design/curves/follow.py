@@ -1,4 +1,4 @@
-"""Curves of bifurcations: where one starts, and how far it is followed."""
+"""Curves of bifurcations: the start, and the continuation from it."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ def bifurcation_curve(
     Parameters
     ----------
     model : Model
-        With the parameters that the start was found with; a special point of a curve brings the
-        values of that curve's two.
+        Model with the parameters of the start; a special point of a curve brings the values of that
+        curve's two parameters.
     start : CriticalSpeed, HopfPoint, SpecialPoint or CurveSpecialPoint
-        Where to start. Hunting gives a curve of Hopf points, a fold in which steady running ends one of
-        folds of equilibria; a special point of a branch of limit cycles a curve of its own kind.
-        Through a special point of a curve other curves lead, of which ``kind`` says which one.
+        Start of the curve. Hunting gives a curve of Hopf points; a fold in which steady running ends,
+        one of folds of equilibria; a special point of a branch of limit cycles, a curve of its own
+        kind. Through a special point of a curve lead other curves, of which ``kind`` chooses one.
     parameters : mapping of str to (float, float)
         The two parameters, each with the range in which the curve is followed: "speed" (m/s),
         "curvature" (1/m), "cant" (rad), or a parameter of the model. Other running conditions are those
@@ -56,12 +56,12 @@ def bifurcation_curve(
         "period doubling" (fold-flip, flip-torus, 1:2 resonance) or "torus" (fold-torus, flip-torus,
         double torus, 1:2 resonance).
     inputs : array_like, shape (n_inputs,), optional
-        Constant inputs, zero when left out; a critical speed brings its own.
+        Constant inputs, zero when left out; a critical speed has its own.
     points : int
-        Most points on either side of the start.
+        Largest number of points on either side of the start.
     longest_step : float
-        Of arclength: 1 is a tenth of the range of a parameter, or a change of the motion as large as
-        itself.
+        Longest step of arclength: 1 is a tenth of the range of a parameter, or a change of the motion
+        as large as itself.
     progress : bool
         Show a progress bar. An interrupt (Ctrl-C) returns what has been computed.
 
@@ -74,7 +74,7 @@ def bifurcation_curve(
     CurveError
         If no curve is found at the start.
     ParameterError
-        If the start is none that a curve can be followed from, or the model does not allow the ranges.
+        If no curve can be followed from the start, or the model does not allow the ranges.
 
     Examples
     --------

@@ -15,30 +15,30 @@ Array = NDArray[np.float64]
 
 _NEWTON_TOLERANCE = 1e-7  # last correction, in units of arclength
 _NEWTON_STEPS = 10
-_STALLED, _SHRINKS, _IDLE = 1e-4, 0.5, 2  # corrections that no longer shrink, where they may stop to
+_STALLED, _SHRINKS, _IDLE = 1e-4, 0.5, 2  # corrections that no longer shrink, where this is allowed
 _FARTHEST_CORRECTION = 30.0
 _FIRST_STEP, _SMALLEST_STEP = 0.02, 1e-6
-_GROWTH, _FEW_STEPS = 1.5, 4  # of the step, after a corrector of so few Newton steps
+_GROWTH, _FEW_STEPS = 1.5, 4  # of the step, after a corrector with so few Newton steps
 _LARGEST_MISS = 0.3  # of the step, between the prediction along the tangent and the curve
 _FARTHEST_TURN, _CORNER = 0.85, 1e-3  # cosine of the tangent's turn in a step; shorter steps may
 _GENTLE = 0.5  # turn of the tangent in a step (rad) up to which the prediction follows the curvature
-_LIMIT = 1e-12  # of a unit of arclength: how exactly a last point lies on the end of a range
+_LIMIT = 1e-12  # of a unit of arclength: accuracy of a last point on the end of a range
 
 
 class Equations(Protocol):
     """N equations of N + 1 unknowns, the last two of which are the parameters."""
 
     def scale(self, z: Array) -> Array:
-        """Return what one unit of arclength is near a solution."""
+        """Return the size of one unit of arclength near a solution."""
 
     def system(self, z: Array, scale: Array) -> tuple[Array, Array]:
-        """Return residual and derivatives in scaled unknowns; NoPoint where there are none."""
+        """Return residual and derivatives in scaled unknowns; raise NoPoint if there are none."""
 
     def settle(self, z: Array, scale: Array) -> Array:
-        """Refer everything to a solution that was found; return the derivatives there."""
+        """Refer everything to a new solution; return the derivatives there."""
 
     def features(self, z: Array, scale: Array) -> Features:
-        """Return what is told of a solution, and tested."""
+        """Return the features of a solution, which are reported and tested."""
 
 
 @dataclass(frozen=True)
@@ -49,11 +49,11 @@ class Node:
     ----------
     z : ndarray, shape (size,)
     scale : ndarray, shape (size,)
-        What one unit of arclength is here.
+        Size of one unit of arclength here.
     tangent : ndarray, shape (size,)
         Unit tangent, divided by ``scale``.
     features : Features
-        What the equations tell of it.
+        Its features from the equations.
     """
 
     z: Array
@@ -68,13 +68,13 @@ class Node:
 
 
 class Follower:
-    """Follows a curve from one of its points in one direction.
+    """The continuation of a curve from one of its points in one direction.
 
     Parameters
     ----------
     equations : Equations
     longest_step : float
-        Of arclength.
+        Longest step of arclength.
     """
 
     def __init__(self, equations: Equations, longest_step: float) -> None:
@@ -91,7 +91,7 @@ class Follower:
         ----------
         guess : ndarray, shape (size,)
         direction : {1, -1}
-            Whether the first parameter grows or falls (the second, where the first stands still).
+            Whether the first parameter grows or falls (the second, if the first is stationary).
 
         Raises
         ------
@@ -108,12 +108,12 @@ class Follower:
         return self._last
 
     def advance(self) -> Node:
-        """Return the next point; it becomes the last one only when it is accepted.
+        """Return the next point; it becomes the last one only on acceptance.
 
         Raises
         ------
         NoPoint
-            If no step leads on.
+            If no step succeeds.
         """
         last = self._last
         bend = np.zeros_like(last.z) if self._bent is None else self._bent
@@ -137,11 +137,11 @@ class Follower:
         return new
 
     def restart(self) -> None:
-        """Try again with short steps, after the equations were refined."""
+        """Try again with short steps after a refinement of the equations."""
         self._step = min(_FIRST_STEP, self._longest)
 
     def accept(self, new: Node) -> Node:
-        """Go on from a point; it is returned with the tangent as new phases have it."""
+        """Accept a point; return it with its tangent for the new phase."""
         rows = self._equations.settle(new.z, new.scale)
         tangent = _tangent(rows, new.tangent)
         last = self._last
@@ -157,7 +157,7 @@ class Follower:
         Raises
         ------
         NoPoint
-            If none is found.
+            If there is none.
         """
         last, k = self._last, len(new.z) - 2 + parameter
         if abs(new.z[k] - last.z[k]) < _LIMIT * last.scale[k]:
@@ -190,9 +190,9 @@ class Follower:
     def _solve(self, guess: Array, normal: Array | None, scale: Array) -> tuple[Array, Array, int]:
         """Solve by Newton's method in the hyperplane through a guess with a normal; near it without.
 
-        Where equations have kinks, derivatives of a period jump a little as a kink moves from one step
-        in time to the next, and so does the condition. Corrections then stop to shrink, at a
-        distance from a fold at which its parameters are wrong by the square only.
+        If the equations have kinks, the derivatives of a period jump a little as a kink moves from one
+        time step to the next, and so does the condition. Corrections then stop shrinking at some
+        distance from a fold; the error of its parameters is only the square of that.
         """
         z, smallest, idle = guess, np.inf, 0
         for steps in range(1, _NEWTON_STEPS + 1):
@@ -219,7 +219,7 @@ class Follower:
         return Node(z, scale, tangent, self._equations.features(z, scale))
 
     def _turned(self, new: Node) -> bool:
-        """Whether the tangent turned so far that the step may have left the curve."""
+        """Return whether the tangent turned so far that the step may have left the curve."""
         last = self._last
         tangent = new.tangent * new.scale / last.scale
         cosine = float(tangent @ last.tangent / np.linalg.norm(tangent))

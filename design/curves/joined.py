@@ -1,4 +1,4 @@
-"""The two sides of a curve, put together as a result."""
+"""The two sides of a curve, joined into a result."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ class Side:
     Attributes
     ----------
     nodes : list of Node
-        From the start on.
+        Points from the start on.
     special : list of (str, Node, dict)
         Kind, point and numbers.
     ended : str
-        Why it ends; empty while it does not.
+        Reason why it ends; empty while it goes on.
     complete : bool
-        Whether it ends as it was meant to.
+        Whether it ends as intended.
     closed : bool
         Whether it comes back to its start.
     """

@@ -17,7 +17,7 @@ _ZERO = 0.03  # of the test function at the ends of the step: a pole or a jump l
 
 
 def located(follower: Follower, last: Node, new: Node) -> Iterator[tuple[float, str, Node]]:
-    """Yield the special points of a step: where they lie in it, their kind, and they themselves."""
+    """Yield the special points of a step: their places in it, their kinds, and the points."""
     for kind, test in _tests(last, new):
         found: dict[float, Node] = {0.0: last, 1.0: new}
 
@@ -32,14 +32,14 @@ def located(follower: Follower, last: Node, new: Node) -> Iterator[tuple[float, 
         try:
             root = float(optimize.brentq(value, 0.0, 1.0, xtol=_LOCATED, rtol=_LOCATED))
             left, point = value(root), along(root)
-        except (NoPoint, ValueError):  # a value that is not there has no sign
+        except (NoPoint, ValueError):  # a missing value has no sign
             continue
         if abs(left) <= _ZERO * max(abs(value(0.0)), abs(value(1.0))):
             yield root, kind, point
 
 
 def _tests(last: Node, new: Node) -> Iterator[tuple[str, Callable[[Node], float]]]:
-    """Yield the functions that change their sign in a step, by the kind of point that it tells of."""
+    """Yield the functions that change their sign in a step, by the kind of point they indicate."""
     before, after = last.features, new.features
     for kind in before.smooth:
         if kind == VANISHING or kind not in after.smooth:
@@ -64,7 +64,7 @@ class _Smooth:
 
 @dataclass(frozen=True)
 class _Growth:
-    """The k-th growth of a kind, from the largest; one that is not there is far below zero."""
+    """The k-th growth of a kind, from the largest; a missing one is far below zero."""
 
     kind: str
     k: int
@@ -75,6 +75,6 @@ class _Growth:
 
 
 def vanished(last: Node, new: Node) -> bool:
-    """Whether a motion has shrunk to an equilibrium, and grows again with half a period's shift."""
+    """Return whether a motion has shrunk to an equilibrium and grows again, half a period shifted."""
     heading = [p.features.smooth.get(VANISHING, 1.0) for p in (last, new)]
     return heading[0] * heading[1] < 0.0

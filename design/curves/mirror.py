@@ -1,4 +1,4 @@
-"""The mirror image of a model: which states change their sign in it."""
+"""The mirror image of a model: the states that change their sign."""
 
 from __future__ import annotations
 
@@ -21,14 +21,15 @@ _STILL = 1e-6  # of the model's scale
 def mirror_signs(plane: Plane, states: Array, period: float) -> Array:
     """Return 1 for each state that a motion repeats after half a period, -1 for one it mirrors.
 
-    Equations must be the same for the mirror image, within the ranges of both parameters. Where that
-    leaves open what states at rest do, they do what brings a multiplier of half a period to -1.
+    The equations must be the same for the mirror image, within the ranges of both parameters. If that
+    does not determine states at rest, their signs are those that bring a multiplier of half a period
+    to -1.
 
     Parameters
     ----------
     plane : Plane
     states : ndarray, shape (steps + 1, n_states)
-        One period of a motion that is its own mirror image half a period later, and may cease to be.
+        One period of a motion that is its own mirror image half a period later, and may lose this.
     period : float
         s.
 
@@ -58,7 +59,7 @@ def mirror_signs(plane: Plane, states: Array, period: float) -> Array:
 
 
 def _holds(plane: Plane, signs: Array, states: Array) -> bool:
-    """Whether equations are the same for the mirror image, at the corners of the plane."""
+    """Return whether equations are the same for the mirror image, at the corners of the plane."""
     shooting = Shooting(plane, 1)
     rng = np.random.default_rng(0)
     for value in product(*plane.ranges):
@@ -71,7 +72,7 @@ def _holds(plane: Plane, signs: Array, states: Array) -> bool:
 
 
 def _off_flip(plane: Plane, signs: Array, states: Array, period: float) -> float:
-    """Return how far the multipliers of half a period and the mirror are from -1."""
+    """Return the distance of the multipliers of half a period and the mirror from -1."""
     shooting = Shooting(plane, max(1, (len(states) - 1) // 2))
     derived = shooting.shoot(states[0], period / 2.0, plane.start).derivatives
     multipliers = np.linalg.eigvals(signs[:, None] * derived[:, : len(signs)])

@@ -1,7 +1,7 @@
-"""What curves are made of: equilibria and periodic motions, with two parameters as further unknowns.
+"""The motions on curves: equilibria and periodic motions, with two parameters as further unknowns.
 
-Everything is in scaled unknowns: a state, a period or a parameter divided by what one unit of arclength
-is. In them all second derivatives along a direction come from a difference of exact first ones.
+All unknowns are scaled: a state, a period or a parameter divided by its unit of arclength. In them all
+second derivatives along a direction come from a difference of exact first ones.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 _RELATIVE_UNIT = 0.1  # of an equilibrium's state
 _PERIOD_UNIT = 0.5  # of the period
-_HALVINGS = 3  # of the steps in time, where no step leads on
+_HALVINGS = 3  # of the time steps, when no step succeeds
 _COARSE = 1.25  # times the first step in time, above which a period gets more steps
 DIFFERENCE = 1e-4
 """Length of the differences of first derivatives, in units of arclength."""
@@ -37,7 +37,7 @@ class Local:
     z, scale : ndarray, shape (size,)
         Unknowns, and one unit of arclength of each.
     residual : ndarray, shape (size - 2,)
-        What is left of the equations.
+        Residual of the equations.
     rows : ndarray, shape (size - 2, size)
         Their derivatives.
     map : ndarray, shape (n_states, size)
@@ -63,16 +63,16 @@ class Motion(Protocol):
     inner: int  # unknowns besides the two parameters
 
     def scale(self, z: Array) -> Array:
-        """Return what one unit of arclength is near a motion."""
+        """Return the size of one unit of arclength near a motion."""
 
     def local(self, z: Array, scale: Array) -> Local:
-        """Return equations and derivatives; NoPoint where there are none."""
+        """Return equations and derivatives; raise NoPoint if there are none."""
 
     def settle(self, z: Array) -> None:
-        """Refer phase and mesh to a motion that was found."""
+        """Refer phase and mesh to a new motion."""
 
     def refine(self) -> bool:
-        """Integrate with more steps, where that is possible."""
+        """Integrate with more steps, if possible."""
 
     def displaced(self, local: Local, direction: Array, length: float) -> Array:
         """Return ``map`` at a distance along a direction, shape (inner,)."""
@@ -86,9 +86,9 @@ def second(motion: Motion, local: Local, direction: Array, length: float = DIFFE
     motion : Motion
     local : Local
     direction : ndarray, shape (inner,)
-        Of the state, and of the period where there is one.
+        Direction of the state, and of the period if there is one.
     length : float
-        Of the difference.
+        Length of the difference.
     """
     size = float(np.linalg.norm(direction))
     if size == 0.0:
@@ -107,7 +107,7 @@ class Steady:
         self.n = self.inner = plane.model.n_states
 
     def scale(self, z: Array) -> Array:
-        """Return what one unit of arclength is near an equilibrium."""
+        """Return the size of one unit of arclength near an equilibrium."""
         typical = self.plane.model.scale + _RELATIVE_UNIT * np.abs(z[: self.n])
         return np.concatenate([math.sqrt(self.n) * typical, self.plane.units])
 
@@ -149,8 +149,8 @@ class Periodic:
     period : float
         s.
     signs : ndarray, shape (n_states,), optional
-        Of a motion that is its own mirror image half a period later: which states change their sign.
-        Then half a period is integrated and mirrored.
+        Signs of the states for a motion that is its own mirror image half a period later. Then half a
+        period is integrated and mirrored.
     """
 
     def __init__(self, plane: Plane, states: Array, period: float, signs: Array | None = None) -> None:
@@ -167,13 +167,13 @@ class Periodic:
         self.direction = self.shooting.slope(states[0], plane.start)
 
     def scale(self, z: Array) -> Array:
-        """Return what one unit of arclength is near the motion that was integrated last."""
+        """Return the size of one unit of arclength near the motion integrated last."""
         typical = self.plane.model.scale + half_peak_to_peak(self.states)
         states = math.sqrt(self.n) * typical
         return np.concatenate([states, [_PERIOD_UNIT * z[self.n]], self.plane.units])
 
     def local(self, z: Array, scale: Array) -> Local:
-        """Return by how much closure and phase are missed, and the derivatives."""
+        """Return the errors of closure and phase, and the derivatives."""
         n = self.n
         end, derived, self.states = self._shot(z)
         closure = (end - z[:n]) / scale[:n]
@@ -212,7 +212,7 @@ class Periodic:
             self.shooting.steps = needed
 
     def refine(self) -> bool:
-        """Halve the steps in time, up to three times; whether they were halved."""
+        """Halve the time steps, up to three times; return whether they were halved."""
         if self._halvings == _HALVINGS:
             return False
         self._halvings += 1

@@ -13,12 +13,12 @@ from design.cycles.lyapunov import lyapunov_coefficient
 Array = NDArray[np.float64]
 
 _THIRD = 5e-4  # length of the differences of third derivatives, units of arclength
-_SAME = 0.02  # of third derivatives: by how much those of two lengths may differ
-_NOTHING = 1e-4  # of first derivatives: third ones below are zero
+_SAME = 0.02  # of third derivatives: allowed difference between two lengths
+_NOTHING = 1e-4  # of first derivatives: third ones below this are zero
 
 
 def lyapunov(motion: Motion, local: Local, omega: float) -> float | None:
-    """Return the first Lyapunov coefficient of a Hopf point, where it exists."""
+    """Return the first Lyapunov coefficient of a Hopf point, if it exists."""
     n, z = motion.n, local.z
     A = motion.shooting.linear(z[:n], z[n:])[:, :n]
     values, vectors = np.linalg.eig(A)
@@ -62,12 +62,12 @@ def cusp_coefficient(motion: Motion, condition: Singular, local: Local) -> float
 
 
 def flip_coefficient(motion: Periodic, local: Local, right: Array, left: Array) -> float | None:
-    """Return the coefficient b of the map v -> -v + b v^3 that a flip is in its normal form.
+    """Return the coefficient b of the normal form v -> -v + b v^3 of a flip.
 
-    None where differences of two lengths tell different coefficients, as about kinks of the equations.
+    None if differences of two lengths give different coefficients, as at kinks of the equations.
 
-    Kuznetsov's formula for maps (section 5.4), on the section that the left null vector of the trivial
-    multiplier is normal to: the time of return then changes with v to second order only.
+    This is Kuznetsov's formula for maps (section 5.4), on the section normal to the left null vector of
+    the trivial multiplier: the return time then changes with v to second order only.
     """
     n = motion.n
     slope = motion.slope(local)
@@ -87,7 +87,7 @@ def flip_coefficient(motion: Periodic, local: Local, right: Array, left: Array) 
 def bogdanov_takens(motion: Motion, local: Local) -> tuple[float, float]:
     """Return the coefficients a and b of v'' = b1 + b2 v + a v^2 + b v v'.
 
-    Kuznetsov, section 8.4; the sign of a b says whether the periodic motions are unstable.
+    Kuznetsov, section 8.4; the sign of a b gives the stability of the periodic motions.
     """
     n = motion.n
     A = local.map[:, :n]
@@ -103,7 +103,7 @@ def bogdanov_takens(motion: Motion, local: Local) -> tuple[float, float]:
 
 
 def _cube(motion: Motion, local: Local, v: Array, length: float) -> Array:
-    """Return the third derivatives along a direction, thrice."""
+    """Return the third derivatives, three times along a direction."""
     ahead, middle, behind = (motion.displaced(local, v, h * length) for h in (1.0, 0.0, -1.0))
     return np.asarray((ahead - 2.0 * middle + behind)[:, : motion.inner] @ v / length**2)
 

@@ -22,7 +22,7 @@ _UNITS = 10.0  # of arclength across the range of a parameter
 
 @dataclass(frozen=True)
 class Plane(Setting):
-    """Everything that an equilibrium or a periodic motion depends on, and the two that vary.
+    """The setting of an equilibrium or a periodic motion, with two varying parameters.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class Plane(Setting):
     second : str
         The other parameter.
     ranges : tuple of (float, float)
-        Where a curve is followed, for each of the two.
+        Range in which a curve is followed, for each of the two.
     """
 
     second: str = ""
@@ -45,7 +45,7 @@ class Plane(Setting):
         conditions: tuple[float, float, float],
         inputs: Array,
     ) -> Plane:
-        """Return the plane of two parameters, whose corners the model must allow.
+        """Return the plane of two parameters; the model must allow its corners.
 
         Parameters
         ----------
@@ -53,7 +53,7 @@ class Plane(Setting):
         parameters : mapping of str to (float, float)
             The two with their ranges.
         conditions : (float, float, float)
-            Speed (m/s), curvature (1/m) and cant (rad) of those that do not vary.
+            Speed (m/s), curvature (1/m) and cant (rad), for those that do not vary.
         inputs : ndarray, shape (n_inputs,)
         """
         given = checks.mapping("parameters", parameters)
@@ -72,7 +72,7 @@ class Plane(Setting):
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """Names of the two."""
+        """Names of the two parameters."""
         return self.parameter, self.second
 
     @property
@@ -82,12 +82,12 @@ class Plane(Setting):
 
     @property
     def start(self) -> Array:
-        """Values of the two that model and running conditions have."""
+        """Values of the two in the model and the running conditions."""
         held = {"speed": self.speed, "curvature": self.curvature, "cant": self.cant}
         return np.array([{**self.model.parameters, **held}[name] for name in self.parameters])
 
     def conditions(self, value: ArrayLike) -> tuple[float, float, float]:
-        """Return speed, curvature and cant where the two have values."""
+        """Return speed, curvature and cant at values of the two."""
         held = {"speed": self.speed, "curvature": self.curvature, "cant": self.cant}
         for name, v in zip(self.parameters, np.asarray(value, dtype=float).tolist(), strict=True):
             if name in held:
@@ -95,13 +95,13 @@ class Plane(Setting):
         return held["speed"], held["curvature"], held["cant"]
 
     def model_at(self, value: ArrayLike) -> Model:
-        """Return the model with those of the two that are its own at values."""
+        """Return the model at values of those of the two that are its own."""
         values = zip(self.parameters, np.asarray(value, dtype=float).tolist(), strict=True)
         own = {name: v for name, v in values if name not in CONDITIONS}
         return self.model.replace(**own) if own else self.model
 
     def left(self, value: Array) -> tuple[int, float] | None:
-        """Return which parameter is outside its range, and the end that it has passed."""
+        """Return the index of a parameter outside its range, and the end that it has passed."""
         for k, (low, high) in enumerate(self.ranges):
             if not low <= value[k] <= high:
                 return k, low if value[k] < low else high

@@ -1,4 +1,4 @@
-"""Follows a curve from one of its points to both sides, and says why it ends."""
+"""The continuation of a curve from one of its points to both sides, and the reasons of its ends."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _LAST = {
     ("torus", "1:1 resonance"): "the two multipliers meet at 1",
     ("torus", "1:2 resonance"): "the two multipliers meet at -1",
 }
-"""Special points at which a kind of curve ends, and what happens there."""
+"""Special points at which a kind of curve ends, with the reasons."""
 
 
 class Run:
@@ -38,7 +38,7 @@ class Run:
     ----------
     beginning : Beginning
     longest_step : float
-        Of arclength.
+        Longest step of arclength.
     """
 
     def __init__(self, beginning: Beginning, longest_step: float) -> None:
@@ -50,7 +50,7 @@ class Run:
         self._longest = longest_step
 
     def curve(self, points: int, progress: bool) -> BifurcationCurve:
-        """Follow the curve to both sides, up to so many points on each."""
+        """Follow the curve to both sides, up to ``points`` points on each."""
         sides: list[Side] = []
         with _shown(progress, f"{self._kind}, {self._plane.model.name}", 2 * points) as update:
             for direction in (1, -1):
@@ -95,7 +95,7 @@ class Run:
     # ------------------------------------------------------------------------------ steps
 
     def _step(self, side: Side, follower: Follower, system: System) -> None:
-        """Add the next point, and the special points before it; say why, where the curve ends."""
+        """Add the next point and the special points before it; record the reason if the curve ends."""
         last, before = side.nodes[-1], len(side.special)
         try:
             self._advance(side, follower, system)
@@ -132,7 +132,7 @@ class Run:
         self._look_at(side)
 
     def _beyond(self, side: Side, new: Node) -> bool:
-        """Whether the first step from a point at which the curve ends leads to where it is not."""
+        """Return whether the first step, from a point at which the curve ends, leaves the curve."""
         if self._at is None or len(side.nodes) > 1 or new.features.smooth[self._at] > 0.0:
             return False
         side.special.append((self._at, side.nodes[0], {}))
@@ -140,7 +140,7 @@ class Run:
         return True
 
     def _within(self, side: Side, follower: Follower, new: Node) -> Node | None:
-        """Return a point that is on the end of a range where it would pass that; say that it is."""
+        """Return the point, moved back onto the end of a range if it would pass it, and record that."""
         for _ in range(2):
             outside = self._plane.left(new.values)
             if outside is None:
@@ -160,7 +160,7 @@ class Run:
         return new
 
     def _look_at(self, side: Side) -> None:
-        """Say why a curve ends at the last point, if it does."""
+        """Record why a curve ends at the last point, if it does."""
         first, last = side.nodes[0], side.nodes[-1]
         told, start = last.features, first.features
         if told.error > _INACCURATE:
@@ -183,14 +183,14 @@ class Run:
         return ", ".join(f"{name} {value:.6g}" for name, value in pairs)
 
     def _shrunk(self, side: Side, new: Node) -> bool:
-        """Whether a motion shrinks below what can be told from an equilibrium."""
+        """Return whether a motion can no longer be distinguished from an equilibrium."""
         first, last, here = (
             size(self._plane, p.features) for p in (side.nodes[0], side.nodes[-1], new)
         )
         return here < min(_SMALLEST, _SMALLER * first, last)
 
     def _vanishes(self, side: Side, new: Node) -> None:
-        """End where the amplitude goes to zero; at folds, look for the Bautin point there."""
+        """End where the amplitude goes to zero; for folds, search the Bautin point there."""
         smallest = min(side.nodes[-1], new, key=lambda node: size(self._plane, node.features))
         side.ended = f"the amplitude goes to zero, on a Hopf curve near {self._told(smallest)}"
         if self._kind == "fold of cycles":
@@ -203,7 +203,7 @@ class Run:
 
 @contextmanager
 def _shown(progress: bool, title: str, total: int) -> Iterator[Callable[[], None]]:
-    """Show how many points a curve has."""
+    """Show the number of points of a curve."""
     if not progress:
         yield lambda: None
         return

@@ -1,4 +1,4 @@
-"""Where curves begin: at critical speeds, and at special points of branches of limit cycles."""
+"""Starts of curves: critical speeds, and special points of branches of limit cycles."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Beginning:
-    """Where a curve begins.
+    """The start of a curve.
 
     Attributes
     ----------
@@ -35,9 +35,9 @@ class Beginning:
     system : callable
         Returns new equations, which refer to the beginning.
     guess : ndarray
-        State, period (of periodic motions), the two parameters.
+        State, period (for periodic motions) and the two parameters.
     at : str or None
-        The special point that it is, where such a curve ends there.
+        The special point, if such a curve ends there.
     """
 
     kind: CurveKind
@@ -97,7 +97,7 @@ def check_parts(plane: Plane, states: Array, start: str) -> None:
 
 
 def _system(plane: Plane, start: SpecialPoint) -> tuple[CurveKind, Callable[[], System]]:
-    """Return the kind of the curve through a special point, and what makes its equations."""
+    """Return the kind of the curve through a special point, and a function that makes its equations."""
     motion = plane, start.cycle.states, start.cycle.period
     if start.kind == "fold":
         return "fold of cycles", partial(systems.cycle_fold_system, *motion)

@@ -1,4 +1,4 @@
-"""Other curves that lead through a special point of a curve."""
+"""Other curves through a special point of a curve."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ THROUGH: dict[CurveKind, tuple[str, ...]] = {
     "period doubling": ("fold-flip", "flip-torus", "1:2 resonance"),
     "torus": ("fold-torus", "flip-torus", "double torus", "1:2 resonance"),
 }
-"""Special points that a curve of each kind leads through."""
+"""Special points through which a curve of each kind leads."""
 
 _AMPLITUDES = (0.1, 0.3, 1.0, 0.03)  # of the model's scale, tried in turn at a Bautin point
-_STAYS = 0.2  # of such an amplitude: less is the equilibrium itself
+_STAYS = 0.2  # of such an amplitude: a smaller one is the equilibrium itself
 
 
 def through(
@@ -52,7 +52,7 @@ def through(
     ParameterError
         If no curve of the kind leads through the point.
     CurveError
-        If a curve of folds of cycles is not found at a Bautin point.
+        If no curve of folds of cycles is found at a Bautin point.
     """
     leading = [name for name, points in THROUGH.items() if start.kind in points]
     if not leading:
@@ -111,7 +111,7 @@ def _cycles(plane: Plane, start: CurveSpecialPoint, kind: CurveKind) -> Beginnin
 
 
 def _critical(point: CurvePoint, growth: Array) -> complex:
-    """Return the complex eigenvalue or multiplier nearest to its limit that is not critical yet."""
+    """Return the complex eigenvalue or multiplier nearest to its limit that is not yet critical."""
     spectrum, other = point.spectrum, point.critical.conjugate()
     apart = np.minimum(np.abs(spectrum - point.critical), np.abs(spectrum - other))
     taken = apart < 1e-4 * max(abs(point.critical), 1e-6)

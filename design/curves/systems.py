@@ -1,4 +1,4 @@
-"""The equations of each kind of curve, put together."""
+"""The complete equations of each kind of curve."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class System:
     motion : Motion
     condition : Condition
     told_by : callable
-        Returns the features from motion, condition and what is known about a point.
+        Returns the features from the motion, the condition and the data of a point.
     """
 
     def __init__(
@@ -37,7 +37,7 @@ class System:
         self._told_by = told_by
 
     def scale(self, z: Array) -> Array:
-        """Return what one unit of arclength is near a point."""
+        """Return the size of one unit of arclength near a point."""
         return self.motion.scale(z)
 
     def system(self, z: Array, scale: Array) -> tuple[Array, Array]:
@@ -53,11 +53,11 @@ class System:
         return self.system(z, scale)[1]
 
     def features(self, z: Array, scale: Array) -> Features:
-        """Return what is told of a point."""
+        """Return the features of a point."""
         return self._told_by(self.motion, self._condition, self.motion.local(z, scale))
 
     def numbers(self, kind: str, z: Array, scale: Array) -> dict[str, float]:
-        """Return the numbers that a special point of a kind has."""
+        """Return the numbers of a special point of a kind."""
         motion, condition = self.motion, self._condition
         if kind == "cusp" and isinstance(condition, Singular):
             return {"c": cusp_coefficient(motion, condition, motion.local(z, scale))}
@@ -96,10 +96,10 @@ def cycle_fold_system(plane: Plane, states: Array, period: float) -> System:
 
 
 def flip_system(plane: Plane, states: Array, period: float, signs: Array | None = None) -> System:
-    """Return the equations of period doublings; with ``signs``, of mirror images that are lost.
+    """Return the equations of period doublings; with ``signs``, of symmetry breakings.
 
     A motion that is its own mirror image half a period later is a fixed point of half a period followed
-    by the mirror. Where the mirror image is lost, the multiplier of that map is -1.
+    by the mirror. Where the symmetry breaks, the multiplier of that map is -1.
     """
     motion = Periodic(plane, states, period, signs)
     return System(motion, Singular(motion, -1), features.flip_features)

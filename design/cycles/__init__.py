@@ -1,1 +1,1 @@
-"""Limit cycles: branches of them, Hopf points, maps of where it hunts, and what simulation says."""
+"""Limit cycles: their branches, Hopf points, maps of hunting, and simulations."""

@@ -1,8 +1,8 @@
 """The whole bifurcation diagram of a vehicle over speed: every branch that can be found.
 
 Branches start at every Hopf point of the range, at period doublings, broken symmetries and branch
-points of other branches, and at motions that simulations from large disturbances end in and that no
-branch found so far contains. What simulations see and no branch can be, is told too: irregular motions.
+points of other branches, and at motions in which simulations from large disturbances end and that no
+branch contains yet. Irregular motions, which simulations find but no branch can contain, are reported.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class BifurcationDiagram:
-    """All branches of limit cycles of a vehicle over speed, as far as they were found.
+    """All branches of limit cycles of a vehicle over speed that were found.
 
     Attributes
     ----------
@@ -42,19 +42,19 @@ class BifurcationDiagram:
     speed_range : (float, float)
         m/s.
     hopf : tuple of CriticalSpeed
-        Where a pair of eigenvalues of the running equilibrium crosses the imaginary axis.
+        Hopf points, where a pair of eigenvalues of the running equilibrium crosses the imaginary axis.
     branches : tuple of CycleBranch
     origins : tuple of Origin
-        Where each branch starts.
+        Start of each branch.
     irregular : tuple of Survivor
-        Simulated motions that persist and are of no branch: quasi-periodic or chaotic ones, or such of
-        branches that could not be followed.
+        Simulated motions that persist and belong to no branch: quasi-periodic or chaotic ones, or those
+        of branches that could not be followed.
     simulated : ndarray
         Speeds (m/s) that were simulated.
     notes : tuple of str
-        What could not be followed, and why.
+        Branches that could not be followed, and the reasons.
     ended : str or None
-        Why the diagram is not whole, if it was interrupted.
+        Reason why the diagram is incomplete, if it was interrupted.
     """
 
     model: Model
@@ -71,10 +71,10 @@ class BifurcationDiagram:
 
     @property
     def onset(self) -> HuntingOnset | None:
-        """Lowest speed at which hunting can persist, of all branches and simulations; None without any.
+        """Lowest speed at which hunting can persist in any branch or simulation; None if it never does.
 
-        Above the first Hopf point the running equilibrium is unstable, so that it is never above that
-        where one was found in the range.
+        Above the first Hopf point the running equilibrium is unstable, so it is never above that point
+        if one was found in the range.
         """
         found = [b.onset for b in self.branches]
         candidates = [o for o in found if o is not None]
@@ -88,7 +88,7 @@ class BifurcationDiagram:
 
     @property
     def nonlinear_critical_speed(self) -> float | None:
-        """Lowest speed (m/s) at which hunting can persist; what it rests on is told by ``onset``."""
+        """Lowest speed (m/s) at which hunting can persist; ``onset`` gives the evidence."""
         return None if self.onset is None else self.onset.value
 
     @property
@@ -167,14 +167,14 @@ def bifurcation_diagram(
     speed_range : (float, float)
         m/s.
     speeds : array_like, optional
-        Increasing; those (m/s) that are simulated from large disturbances, to find branches that hang
-        together with no Hopf point. 32 of the range, half of them below the onset of hunting that the
-        branches of Hopf points show, when left out; none are simulated where it is empty.
+        Increasing speeds (m/s) that are simulated from large disturbances, to find branches that are
+        not connected to a Hopf point. When left out, 32 of the range, half of them below the onset of
+        hunting in the branches of Hopf points; if empty, none.
     depth : int
-        How often branches may leave branches one after the other: 0 follows those of Hopf points and
-        simulations only.
+        Number of times that branches may leave branches in succession: 0 follows only those of Hopf
+        points and simulations.
     points, longest_step
-        Of each branch, as in :func:`design.cycle_branch`.
+        Numbers for each branch, as in :func:`design.cycle_branch`.
     progress : bool
         Show progress bars. An interrupt (Ctrl-C) returns what has been computed.
 
@@ -185,9 +185,9 @@ def bifurcation_diagram(
 
     Notes
     -----
-    Where a motion gives way to one of two frequencies (a torus point), the motion beyond is simulated,
-    not followed. A branch that hangs together with no other and that no simulation ends in is not seen.
-    Inputs other than zero are not simulated.
+    Beyond a torus point, where a motion gives way to one of two frequencies, the motion is simulated,
+    not followed. A branch that is not connected to another and in which no simulation ends is not
+    found. Inputs other than zero are not simulated.
     """
     low, high = checks.speeds(speed_range)
     u = checks.vector("inputs", inputs, model.input_names)
@@ -220,5 +220,5 @@ def bifurcation_diagram(
 
 
 def _speeds(given: ArrayLike) -> Array:
-    """Return the speeds to simulate at; there may be none."""
+    """Return the speeds to simulate; there may be none."""
     return np.zeros(0) if np.size(given) == 0 else checks.numbers("speeds", given)

@@ -1,4 +1,4 @@
-"""How a whole bifurcation diagram is drawn."""
+"""Drawings of a whole bifurcation diagram."""
 
 from __future__ import annotations
 

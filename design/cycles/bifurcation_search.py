@@ -1,7 +1,7 @@
 """The search for all branches of limit cycles of a vehicle over speed.
 
 It follows a branch from every Hopf point, from special points of the branches found, and from simulated
-motions that are of none of them.
+motions that belong to none of them.
 """
 
 from __future__ import annotations
@@ -31,20 +31,20 @@ from railenv.models import Model
 Array = NDArray[np.float64]
 OriginKind = Literal["Hopf", "period doubling", "symmetry breaking", "branch point", "simulation"]
 
-_SAME_SPEED = 1e-4  # relative: two Hopf points, or two starts of branches, are one
-_SAME_MOTION = 0.03  # of the amplitude (plus that which counts as still), simulated and computed
+_SAME_SPEED = 1e-4  # relative: two Hopf points, or two starts of branches, are the same
+_SAME_MOTION = 0.03  # of the amplitude (plus the one that counts as rest), simulated and computed
 _SAME_BRANCH, _SAME_PERIOD = 0.01, 0.01  # of amplitude and period
 _SAMPLES = 5  # motions of a branch that are compared
-_ABOVE = 1.5  # of the range's end, up to which Hopf points are looked for
-_ON_OTHER = 4  # motions in turn that are those of another branch
+_ABOVE = 1.5  # times the range's end, up to which Hopf points are searched
+_ON_OTHER = 4  # successive motions that are those of another branch
 _SWITCHED = ("period doubling", "symmetry breaking", "branch point")
-_DOWN, _DOWN_TO = 0.01, 1e-3  # of the speed, steps in which an irregular motion is followed down
-_GRID, _LOWEST = 32, 0.3  # speeds simulated unless others are given, from so much of the onset up
+_DOWN, _DOWN_TO = 0.01, 1e-3  # of the speed: steps in which an irregular motion is followed down
+_GRID, _LOWEST = 32, 0.3  # default number of simulated speeds, and the lowest as a share of the onset
 
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a branch starts.
+    """The start of a branch.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class Origin:
     speed : float
         m/s.
     parent : int or None
-        Which branch of the diagram it leaves.
+        Index of the branch of the diagram that it leaves.
     """
 
     kind: OriginKind
@@ -80,7 +80,7 @@ class Search:
     ) -> None:
         self.model, self.radius, self.cant, self.inputs = model, radius, cant, inputs
         moved = np.isin(np.arange(model.n_states), displacement_rows(model))
-        self._compared = moved, ~moved  # displacements, and what is no displacement
+        self._compared = moved, ~moved  # displacements, and the other states
         self.limits, self.points = limits, points
         self.longest_step, self.progress = longest_step, progress
         self.hopf: list[CriticalSpeed] = []
@@ -90,14 +90,14 @@ class Search:
         self.irregular: list[Survivor] = []
         self.notes: list[str] = []
         self._interrupted = False
-        self._switched = 0  # branches whose special points have been looked at
+        self._switched = 0  # number of branches whose special points have been tried
 
     # ------------------------------------------------------------------------------ branches
 
     def from_hopf_points(self) -> None:
-        """Follow a branch from every Hopf point that no branch so far ends in.
+        """Follow a branch from every Hopf point in which no branch ends yet.
 
-        Points somewhat above the range are looked at too: their branches may reach down into it.
+        Points somewhat above the range are included, because their branches may reach down into it.
         """
         low, high = self.limits
         found = hopf_points(
@@ -118,7 +118,7 @@ class Search:
                 self._add(Origin("Hopf", hopf.speed), 0, branch)
 
     def from_branches(self, depth: int) -> None:
-        """Follow the branches that leave those found, so many one after the other."""
+        """Follow the branches that leave those found, up to a depth."""
         while self._switched < len(self.branches):
             k = self._switched
             self._switched += 1
@@ -146,7 +146,7 @@ class Search:
         start: CriticalSpeed | SpecialPoint | Cycle,
         direction: Literal[1, -1] = 1,
     ) -> CycleBranch | None:
-        """Return the branch from somewhere; None, with a note, where there is none."""
+        """Return the branch from a start; None, with a note, if there is none."""
         try:
             branch = cycle_branch(
                 self.model,
@@ -184,7 +184,7 @@ class Search:
     # --------------------------------------------------------------------------- simulations
 
     def grid(self) -> Array:
-        """Return speeds to simulate at: most of them below the onset of hunting known so far."""
+        """Return the speeds to simulate, most of them below the onset of hunting known so far."""
         low, high = self.limits
         known = [b.nonlinear_critical_speed for b in self.branches]
         onset = min([v for v in known if v is not None], default=math.nan)
@@ -195,7 +195,7 @@ class Search:
         return np.unique(np.concatenate([below, above]))
 
     def from_simulations(self, speeds: Array) -> None:
-        """Follow a branch through every motion that persists in simulations and is not known."""
+        """Follow a branch through every unknown motion that persists in simulations."""
         if speeds.size == 0:
             return
         slowest = max([1.0 / h.frequency for h in self.hopf if h.frequency], default=0.0)
@@ -216,9 +216,9 @@ class Search:
             self._follow_down(simulate)
 
     def _follow_down(self, simulate: Callable[..., tuple[Survivor, ...]]) -> None:
-        """Follow the slowest irregular motion down to where it dies out or becomes a known one.
+        """Follow the slowest irregular motion down until it dies out or becomes a known one.
 
-        The speeds simulated lie far apart, and from rest a disturbance may miss a motion that is there.
+        The speeds simulated are far apart, and from rest a disturbance may miss an existing motion.
         """
         motion, dead = min(self.irregular, key=lambda found: found.speed), self.limits[0]
         step = _DOWN * motion.speed
@@ -237,7 +237,7 @@ class Search:
                 dead, step = speed, step / 2.0
 
     def _from_survivor(self, found: Survivor, duration: float) -> None:
-        """Follow a branch through a simulated motion if it is periodic, stable and not known."""
+        """Follow a branch through a simulated motion if it is periodic, stable and unknown."""
         try:
             cycle = simulated_cycle(
                 self.model,
@@ -276,7 +276,7 @@ class Search:
         self._add(origin, 0, branch)
 
     def _own_part(self, branch: CycleBranch) -> CycleBranch:
-        """Return a branch up to where it runs on to another, whose motions it has from there on."""
+        """Return a branch up to where it continues along another one."""
         known = np.array([self._known(c) for c in branch.cycles])
         runs = np.convolve(known, np.ones(_ON_OTHER), mode="valid") == _ON_OTHER
         if not runs.any():
@@ -291,7 +291,7 @@ class Search:
         )
 
     def _explained(self, found: Survivor) -> bool:
-        """Whether a simulated motion is a stable one of a branch."""
+        """Return whether a simulated motion is a stable one of a branch."""
         return any(
             self._alike(found.amplitudes, near.amplitudes, _SAME_MOTION, STILL)
             for branch in self.branches
@@ -300,7 +300,7 @@ class Search:
         )
 
     def _known(self, cycle: Cycle) -> bool:
-        """Whether a motion is one of a branch."""
+        """Return whether a motion belongs to a branch."""
         return any(
             abs(near.period / cycle.period - 1.0) < _SAME_PERIOD
             and self._alike(cycle.amplitudes, near.amplitudes, _SAME_BRANCH, _SAME_BRANCH)
@@ -310,7 +310,7 @@ class Search:
         )
 
     def _alike(self, a: Array, b: Array, share: float, least: float) -> bool:
-        """Whether displacements are alike, and the rest: by a share of the largest, plus the least."""
+        """Return whether states agree, within a share of the largest displacement plus the least."""
         size, gap = np.maximum(a, b) / self.model.scale, np.abs(a - b) / self.model.scale
         return all(
             (gap[rows] < share * size[rows].max(initial=0.0) + least).all() for rows in self._compared

@@ -1,4 +1,4 @@
-"""Branches of limit cycles: where one starts, and how far it is followed."""
+"""Branches of limit cycles: the start, and the continuation from it."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from railenv.errors import ParameterError
 from railenv.models import Model
 
 ABOVE_HOPF = 1.2
-"""Of the Hopf speed, up to which a branch is followed unless a range is given."""
+"""Multiple of the Hopf speed up to which a branch is followed by default."""
 
-_FAR_BELOW = 0.1  # of a range in which all is unstable: where a search for its Hopf point starts
+_FAR_BELOW = 0.1  # of a range without stable running: where a search for its Hopf point starts
 
 
 def cycle_branch(
@@ -39,15 +39,16 @@ def cycle_branch(
     resume: CycleBranch | None = None,
     progress: bool = False,
 ) -> CycleBranch:
-    """Follow a branch of limit cycles, through folds, with its stability.
+    """Follow a branch of limit cycles through folds, with its stability.
 
-    Pseudo-arclength continuation of the state at the start of the period, the period and the parameter;
-    the period is integrated with exact derivatives. Points of changing stability are located.
+    The unknowns of the pseudo-arclength continuation are the state at the start of the period, the
+    period and the parameter; the period is integrated with exact derivatives. Points at which stability
+    changes are located.
 
     Parameters
     ----------
     model : Model
-        May be left out with ``resume``.
+        Model; may be left out with ``resume``.
     radius : float
         Curve radius, m; ``math.inf`` is tangent track, negative the other hand.
     cant : float
@@ -60,21 +61,23 @@ def cycle_branch(
         :func:`design.simulated_cycle` or another branch; or a period doubling, symmetry breaking or
         branch point of another branch, which this one leaves there.
     parameter : str
-        "speed", "curvature", "cant" or a parameter of the model. Other than "speed" needs a motion as
-        ``start``, whose other running conditions are kept.
+        "speed", "curvature", "cant" or a parameter of the model. Parameters other than "speed" need a
+        motion as ``start``, whose other running conditions are kept.
     parameter_range : (float, float), optional
-        Where to stop. For the speed (m/s) 3 to 1.2 times the Hopf speed; needed for another parameter.
+        Range to follow. By default, for the speed (m/s), 3 to 1.2 times the Hopf speed; required for
+        other parameters.
     direction : {1, -1}
-        Whether the parameter first grows or falls from a Cycle; a Hopf point decides for itself. From a
-        special point, to which side the branch is left.
+        Whether the parameter first grows or falls from a Cycle; a Hopf point determines it. From a
+        special point, the side to which the branch is left.
     points : int
-        Most points.
+        Largest number of points.
     longest_step : float
-        Of arclength: 1 is about a tenth of the speed, or a change of the motion as large as itself.
+        Longest step of arclength: 1 is about a tenth of the speed, or a change of the motion as large
+        as itself.
     steps_per_period : int, optional
         Runge-Kutta steps of a period; from the fastest mode, at least 400, when left out.
     resume : CycleBranch, optional
-        Go on where this branch ended; only ``parameter_range``, ``points``, ``longest_step`` and
+        Continue where this branch ended; only ``parameter_range``, ``points``, ``longest_step`` and
         ``progress`` are then read.
     progress : bool
         Show a progress bar. An interrupt (Ctrl-C) returns what has been computed.
@@ -82,7 +85,7 @@ def cycle_branch(
     Returns
     -------
     CycleBranch
-        Where the branch cannot be followed to the end of the range, ``ended`` says why.
+        If the branch cannot be followed to the end of the range, ``ended`` says why.
 
     Raises
     ------
@@ -158,7 +161,7 @@ def _setting(
     unit = None if parameter == "speed" else (limits[1] - limits[0]) / 10.0
     setting = Setting(model, parameter, start.speed, start.curvature, start.cant, inputs, unit)
     for value in limits:
-        changed = setting.model_at(value)  # raises where the model does not allow the value
+        changed = setting.model_at(value)  # raises if the model does not allow the value
         changed.check_conditions(*setting.conditions(value))
     return setting
 

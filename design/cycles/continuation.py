@@ -1,4 +1,4 @@
-"""Follows a branch of periodic motions, finds where its stability changes, and says why it ends."""
+"""The continuation of a branch of periodic motions, with changes of stability and its end."""
 
 from __future__ import annotations
 
@@ -33,19 +33,24 @@ from railenv.threads import one_blas_thread
 Array = NDArray[np.float64]
 Limits = tuple[float, float]
 
-_FIRST_AMPLITUDES = (0.1, 0.03, 0.3, 1.0)  # of the model's scale, tried in turn where a branch starts
+_FIRST_AMPLITUDES = (
+    0.1,
+    0.03,
+    0.3,
+    1.0,
+)  # of the model's scale, tried in turn at a branch's start
 _FIRST_STEP = 0.05
 _LARGEST_MISS = 0.3  # of the step, between the prediction along the tangent and the branch
 _FARTHEST_TURN, _CORNER = 0.7, 5e-3  # cosine of the tangent's turn in a step; shorter steps may
 _STRAIGHT = 0.95  # turn at a branch point
 _GENTLE = 0.5  # turn of the tangent in a step (rad) up to which the prediction follows the curvature
-_GROWTH, _FEW_STEPS = 1.5, 4  # of the step, after a corrector of so few Newton steps
+_GROWTH, _FEW_STEPS = 1.5, 4  # of the step, after a corrector with so few Newton steps
 _FINEST = 4  # times the steps of the first period, with which a branch may go on
 _COARSE = 1.25  # times the first step in time, above which a period gets more steps
 
 
 class CycleContinuation:
-    """One branch while it is being followed."""
+    """One branch during its continuation."""
 
     def __init__(
         self, setting: Setting, limits: Limits, longest_step: float, shooting: Shooting
@@ -123,7 +128,7 @@ class CycleContinuation:
 
     @classmethod
     def resumed(cls, branch: CycleBranch, limits: Limits, longest_step: float) -> CycleContinuation:
-        """Go on where a branch ended."""
+        """Continue where a branch ended."""
         last = branch.cycles[-1]
         shooting = Shooting(branch.setting, len(last.states) - 1)
         self = cls(branch.setting, limits, longest_step, shooting)
@@ -133,7 +138,7 @@ class CycleContinuation:
         return self
 
     def run(self, points: int, progress: bool) -> CycleBranch:
-        """Follow the branch until it has so many points, leaves the limits, or ends."""
+        """Follow the branch until it has enough points, leaves the limits, or ends."""
         self.ending, ended = None, Ending(f"{points} points were computed; {GOES_ON}", True)
         try:
             with one_blas_thread(), _shown(progress, self, points) as update:
@@ -178,7 +183,7 @@ class CycleContinuation:
     # ------------------------------------------------------------------------------ steps
 
     def _advance(self) -> Ending | None:
-        """Add the next point; return why the branch ends there, if it does."""
+        """Add the next point; return the reason if the branch ends there."""
         last, first = self.cycles[-1], self.cycles[0]
         longest = _COARSE * first.period / (len(first.states) - 1)
         if last.period > longest * self.shooting.steps:
@@ -208,7 +213,7 @@ class CycleContinuation:
         return ending_at(self.setting, self.cycles, self.shooting.steps)
 
     def _next(self, last: Cycle) -> Solution | None:
-        """Return the next motion; None where no step leads on."""
+        """Return the next motion; None if no step succeeds."""
         z, bend = position(last), self._bend(last)
         while True:
             straight = z + self.step * last.tangent * last.scale
@@ -227,7 +232,7 @@ class CycleContinuation:
                 return None
 
     def _refined(self, last: Cycle, first: Cycle) -> bool:
-        """Go on from the last motion with shorter steps in time, which corners may ask for."""
+        """Continue from the last motion with shorter time steps, which corners may require."""
         if self.shooting.steps >= _FINEST * (len(first.states) - 1):
             return False
         self.shooting.steps *= 2
@@ -254,16 +259,16 @@ class CycleContinuation:
         return Ending(f"the branch shrinks to a Hopf point at {at}", True)
 
     def _check_miss(self, predicted: Array, z: Array, last: Cycle) -> None:
-        """Raise NoCycle where a motion is too far from the prediction along the tangent."""
+        """Raise NoCycle if a motion is too far from the prediction along the tangent."""
         miss = float(np.linalg.norm((z - predicted) / last.scale))
         if not miss <= _LARGEST_MISS * self.step:
             raise NoCycle
 
     def _jumped(self, last: Cycle, found: Solution) -> bool:
-        """Whether a step seems to have crossed to another part of the branch, past a sharp fold.
+        """Return whether a step seems to have crossed to another part of the branch, past a sharp fold.
 
-        The tangent then turns far; where it points back, the orientation changes as well, which no fold
-        and no corner does.
+        The tangent then turns far; if it points back, the orientation changes as well, which does not
+        happen at folds or corners.
         """
         tangent = found.tangent * found.scale / last.scale
         turn = float(tangent @ last.tangent / np.linalg.norm(tangent))
@@ -271,7 +276,7 @@ class CycleContinuation:
         return reverses or (turn < _FARTHEST_TURN and self.step > _CORNER)
 
     def _bend(self, last: Cycle) -> Array:
-        """Return the curvature of the branch at the last point, zero where it has a kink there."""
+        """Return the curvature of the branch at the last point, zero at a kink."""
         if len(self.cycles) < 2:
             return np.zeros_like(last.tangent)
         before = self.cycles[-2]
@@ -288,7 +293,7 @@ class CycleContinuation:
         if last.value != value and (last.value - value) * (new.value - value) < 0.0:
             try:
                 new = solve_at(self._problem, last, value, direction, towards=new)
-            except CycleError:  # what was found stays
+            except CycleError:  # the results so far stay
                 end = f"on the end of the range, {value:g}, none is found"
                 return Ending(f"{name} {last.value:.6g} is reached; {end}", False)
             self._add(last, new)
@@ -297,7 +302,7 @@ class CycleContinuation:
 
 @contextmanager
 def _shown(progress: bool, run: CycleContinuation, points: int) -> Iterator[Callable[[], None]]:
-    """Show how far a branch has come."""
+    """Show the progress of a branch."""
     if not progress:
         yield lambda: None
         return

@@ -23,7 +23,7 @@ Kind = Literal["fold", "torus", "period doubling", "symmetry breaking", "branch 
 
 
 GOES_ON = "resume goes on"
-"""How ``CycleBranch.ended`` closes where there is more of the branch."""
+"""End of ``CycleBranch.ended`` if there is more of the branch."""
 
 
 class CycleError(RailenvError):
@@ -39,7 +39,7 @@ class Cycle:
     speed, curvature, cant : float
         m/s, 1/m, rad.
     value : float
-        The parameter that the branch varies.
+        Value of the parameter that the branch varies.
     period : float
         s.
     states : ndarray, shape (steps + 1, n_states)
@@ -49,8 +49,8 @@ class Cycle:
     multipliers : ndarray, shape (n_states - n_trivial,)
         Floquet multipliers, the largest first, without the trivial one.
     trivial_error : float
-        How far the motion's own direction is from being carried into itself over a period (the
-        trivial multiplier from 1): how accurately the period and its derivatives were integrated.
+        Distance of the trivial multiplier from 1, by the motion's own direction over a period: the
+        accuracy with which the period and its derivatives were integrated.
     tangent, scale : ndarray
         Direction of the branch and its unit of length, from which it can be continued.
     state_names : tuple of str
@@ -72,12 +72,12 @@ class Cycle:
 
     @property
     def frequency(self) -> float:
-        """Hz."""
+        """Frequency, Hz."""
         return 1.0 / self.period
 
     @property
     def stable(self) -> bool:
-        """Whether all multipliers but the trivial one lie inside the unit circle."""
+        """Whether all multipliers except the trivial one lie inside the unit circle."""
         return bool(self.multipliers.size == 0 or abs(self.multipliers[0]) < 1.0)
 
     @property
@@ -110,11 +110,11 @@ class SpecialPoint:
         its own mirror image half a period later; at a "Hopf" point the branch shrinks to an
         equilibrium and ends.
     cycle : Cycle
-        The motion there.
+        The motion at the point.
     multiplier : complex
         The Floquet multiplier on the unit circle.
     precision : float
-        Length of the interval of the parameter in which the point is known to lie.
+        Length of the interval of the parameter that contains the point.
     after : int
         Number of points of the branch before it.
     """
@@ -127,7 +127,7 @@ class SpecialPoint:
 
     @property
     def value(self) -> float:
-        """The parameter there."""
+        """Value of the parameter."""
         return self.cycle.value
 
     def __str__(self) -> str:
@@ -141,20 +141,20 @@ class CycleBranch:
     Attributes
     ----------
     cycles : tuple of Cycle
-        In the order of the branch.
+        Motions in the order of the branch.
     special : tuple of SpecialPoint
-        In the order of the branch.
+        Special points in the order of the branch.
     ended : str
-        Why the branch ends where it does.
+        Reason why the branch ends.
     complete : bool
-        Whether it ends where it was meant to (end of the range or of the number of points, or an
-        equilibrium), not by failure or interruption.
+        Whether it ends as intended (end of the range or of the number of points, or an equilibrium),
+        not by failure or interruption.
     hopf : CriticalSpeed or None
-        Where it starts, if it does so at a Hopf point.
+        Hopf point at which it starts, if any.
     setting : Setting
         Model, running conditions and parameter.
     step : float
-        Length of the step with which it would go on.
+        Length of the step with which it would continue.
     """
 
     cycles: tuple[Cycle, ...]
@@ -228,8 +228,8 @@ class CycleBranch:
     def onset(self) -> HuntingOnset | None:
         """Lowest value at which hunting of this branch can persist; None without a stable motion.
 
-        Never above the value of a stable motion that was computed. Motions of other branches may
-        persist below: :func:`design.bifurcation_diagram` looks for them.
+        It is never above the value of a stable motion that was computed. Motions of other branches may
+        persist below; :func:`design.bifurcation_diagram` searches for them.
         """
         return onset_of(self)
 
@@ -237,23 +237,22 @@ class CycleBranch:
     def nonlinear_critical_speed(self) -> float | None:
         """Lowest speed (m/s) at which hunting of this branch can persist.
 
-        What it rests on is told by ``onset``: a fold where stable hunting begins, or the Hopf point
-        where it grows from nothing. Below it no hunting of this branch persists; above it a large
-        enough disturbance starts it. None where no stable motion was found, or the parameter is not the
-        speed.
+        ``onset`` gives the evidence: a fold where stable hunting begins, or the Hopf point where it
+        grows from zero. Below this speed no hunting of this branch persists; above it a large enough
+        disturbance starts it. None if no stable motion was found, or the parameter is not the speed.
         """
         onset = self.onset if self.parameter == "speed" else None
         return None if onset is None else onset.value
 
     @property
     def goes_on(self) -> bool:
-        """Whether it ended at a number of points, or was interrupted: ``resume`` goes on from there."""
+        """Whether it ended at a number of points or an interruption, so that ``resume`` continues."""
         return self.ended.endswith(GOES_ON)
 
     def at(self, value: float, *, stable: bool | None = None) -> tuple[Cycle, ...]:
-        """Return the computed motions next to where the branch passes a value of the parameter.
+        """Return the computed motions nearest to the branch's passages of a value of the parameter.
 
-        One for each passage; ``stable`` keeps only those that are stable, or not.
+        There is one for each passage; ``stable`` keeps only the stable, or the unstable ones.
         """
         side = self.value - value
         found = []
@@ -289,9 +288,9 @@ class CycleBranch:
     def plot(
         self, state: str | None = None, ax: Axes | None = None, clearance: float | None = None
     ) -> control.ControlPlot:
-        """Draw the bifurcation diagram: amplitude of a state (the first) over the parameter.
+        """Draw the bifurcation diagram: amplitude of a state (by default the first) over the parameter.
 
-        ``clearance`` (m) is drawn as a line; the model's own flange clearance when left out.
+        ``clearance`` (m) is drawn as a line; by default the model's own flange clearance.
         """
         from design.cycles.cycle_plots import plot_branch
 
@@ -299,7 +298,7 @@ class CycleBranch:
 
 
 def value_of(setting: Setting, cycle: Cycle) -> float:
-    """Return the value that the parameter of a setting has where a motion was computed."""
+    """Return the value of a setting's parameter at a computed motion."""
     if setting.parameter in CONDITIONS:
         return float(getattr(cycle, setting.parameter))
     return setting.model.parameters[setting.parameter]

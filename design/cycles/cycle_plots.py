@@ -1,4 +1,4 @@
-"""How limit cycles and their branches are drawn."""
+"""Drawings of limit cycles and their branches."""
 
 from __future__ import annotations
 

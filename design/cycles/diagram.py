@@ -1,7 +1,7 @@
-"""The bifurcation diagram by simulation: many speeds, curves and initial states at once.
+"""Bifurcation diagrams by simulation: many speeds, curves and initial states at once.
 
-What the paper's Figs 10 and 11 show. It sees stable motions only; which of several depends on where
-a simulation starts. :mod:`design.cycles.branch` sees all of them.
+These are shown in the paper's Figs 10 and 11. They contain stable motions only; which of several
+depends on the start of a simulation. :mod:`design.cycles.branch` finds all of them.
 """
 
 from __future__ import annotations
@@ -29,34 +29,34 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _STEP = 2.0  # times the step of ``simulate``: half the time constant of the fastest mode
-_SAMPLE = 2e-3  # s, between looks at the extremes
+_SAMPLE = 2e-3  # s, between samples of the extremes
 _SMALL, _LARGE = 0.1, 8.0  # of the model's scale: default disturbances of the first state
 
 
 @dataclass(frozen=True)
 class SimulatedDiagram:
-    """Motions after a long time, over speed, for some curves and initial states.
+    """Motions after a long time, over speed, for several curves and initial states.
 
     Attributes
     ----------
     model_name : str
     state_names : tuple of str
     radius : ndarray, shape (n_radii,)
-        m; those that were computed.
+        Radii that were computed, m.
     cant : float
         rad.
     speed : ndarray, shape (n_speeds,)
         m/s.
     starts : tuple of dict
-        What was added to the running equilibrium at the start.
+        Disturbances of the running equilibrium at the start.
     lowest, highest : ndarray, shape (n_radii, n_speeds, n_starts, n_states)
         Extremes of every state within the window at the end; NaN where the motion diverged.
     steady : ndarray of bool, shape (n_radii, n_speeds)
-        Whether a running equilibrium exists there; elsewhere the simulation starts from the last one.
+        Whether a running equilibrium exists; otherwise the simulation starts from the last one.
     clearance : float or None
         Flange clearance of the model, m.
     ended : str or None
-        Why not all radii were computed.
+        Reason why not all radii were computed.
     """
 
     model_name: str
@@ -80,7 +80,7 @@ class SimulatedDiagram:
     def plot(
         self, state: str | None = None, radius: float | None = None, ax: Axes | None = None
     ) -> control.ControlPlot:
-        """Draw the amplitude of a state (the first) over speed, on one curve or all of them."""
+        """Draw the amplitude of a state (by default the first) over speed, on one curve or all."""
         from design.cycles.diagram_plots import plot_diagram
 
         return plot_diagram(self, state, radius, ax)
@@ -113,7 +113,7 @@ def simulated_diagram(
     cant : float
         Cant angle on all of them, rad.
     starts : sequence of mappings, optional
-        Added to the running equilibrium, by state name. A small and a large displacement of the
+        Disturbances of the running equilibrium, by state name. A small and a large displacement of the
         first state (0.1 and 8 of the model's scale) when left out.
     duration, window : float
         Time simulated, and the time at its end in which extremes are taken, s.
@@ -158,7 +158,7 @@ def simulated_diagram(
 
 
 def _starts(model: Model, starts: Sequence[Mapping[str, float]] | None) -> tuple[dict[str, float], ...]:
-    """Return the initial disturbances, those asked for or the usual two."""
+    """Return the initial disturbances, the given ones or the usual two."""
     if starts is None:
         first, scale = model.state_names[0], float(model.scale[0])
         return {first: _SMALL * scale}, {first: _LARGE * scale}
@@ -178,7 +178,7 @@ def _one_curve(
     times: tuple[float, float],
     step: float | None,
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Return the extremes at all speeds from all starts, and where there is a running equilibrium."""
+    """Return the extremes at all speeds from all starts, and whether there is an equilibrium."""
     curvature = checks.curvature(radius)
     states, steady = equilibria(model, speeds, radius, cant)
     begin = disturbed(model, states, starts)

@@ -1,4 +1,4 @@
-"""How simulated bifurcation diagrams are drawn."""
+"""Drawings of simulated bifurcation diagrams."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from design.cycles.diagram import SimulatedDiagram
 
 _MOST_LABELS = 8  # in the legend; with more, only the first start of every curve has one
-_MOST_NAMED = 2  # states of a start; one of more has a number instead
+_MOST_NAMED = 2  # states of a start; a start with more has a number instead
 
 
 def plot_diagram(
@@ -64,7 +64,7 @@ def plot_diagram(
 
 
 def _label(diagram: SimulatedDiagram, i: int, j: int, *, several: bool) -> str:
-    """Return what the legend says of curve i, named where there are several, and start j."""
+    """Return the legend of curve i, named if there are several, and start j."""
     place = f"{_curve(diagram, i)}, " if several else ""
     start = diagram.starts[j]
     if len(start) > _MOST_NAMED:

@@ -1,4 +1,4 @@
-"""Why a branch of limit cycles ends where it does."""
+"""Reasons for the ends of branches of limit cycles."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ Array = NDArray[np.float64]
 Passed = Literal["equilibrium", "half the period", "mirror image"]
 
 SMALLEST_STEP = 1e-5
-"""Of arclength; a branch that cannot go on with it is at its end."""
+"""Smallest step of arclength; a branch that needs a smaller one ends."""
 
 GONE = 0.3
-"""Of the first amplitude; smaller motions have shrunk to an equilibrium."""
+"""Share of the first amplitude; smaller motions have shrunk to an equilibrium."""
 
 _STANDING, _LOOKED_BACK = 2e-3, 12  # change of the parameter (units) over so many points ...
 _RUN_AWAY = 0.05  # ... while the period grows by this fraction
@@ -31,22 +31,25 @@ _GROWN = (
 )
 _INACCURATE = 0.5  # error of the trivial multiplier
 _VERTICAL, _FILLED, _LARGE = 1e-6, 8, 30.0  # change (units), points, amplitude (of the model's scale)
-_CLOSED, _FEWEST = 0.2, 8  # of a step, how near a branch comes back to its start; points before
-_SUBHARMONIC = 0.25  # of the amplitudes: a smaller first harmonic is one of a period that doubles
+_CLOSED, _FEWEST = (
+    0.2,
+    8,
+)  # of a step: distance of a branch back at its start; points before
+_SUBHARMONIC = 0.25  # of the amplitudes: a smaller first harmonic means a doubling period
 _SAME_PHASE = 0.7  # cosine of the turn of the first harmonic in a step
 _NEWTON_STEPS, _SECANT_STEPS, _CONVERGED = 20, 30, 1e-12
 
 
 @dataclass(frozen=True)
 class Ending:
-    """Why a branch ends, and whether it was meant to end there."""
+    """The reason why a branch ends, and whether it was intended."""
 
     text: str
     complete: bool
 
 
 def ending_at(setting: Setting, cycles: Sequence[Cycle], steps: int) -> Ending | None:
-    """Return why a branch ends at its newest point, None where it goes on."""
+    """Return why a branch ends at its newest point; None if it goes on."""
     return (
         _vertical(setting, cycles)
         or _runs_away(setting, cycles)
@@ -56,7 +59,7 @@ def ending_at(setting: Setting, cycles: Sequence[Cycle], steps: int) -> Ending |
 
 
 def _vertical(setting: Setting, cycles: Sequence[Cycle]) -> Ending | None:
-    """Tell of motions of every amplitude at one value, as linear equations have them."""
+    """Return the ending for motions of every amplitude at one value, as in linear equations."""
     last = cycles[-1]
     largest = displacement(setting.model, last.amplitudes)
     if largest < _LARGE:
@@ -104,7 +107,7 @@ def _too_unstable(setting: Setting, new: Cycle, steps: int) -> Ending | None:
 
 
 def _closed(setting: Setting, cycles: Sequence[Cycle]) -> Ending | None:
-    """Tell of a branch that has come back to its start: the start lies on the newest step."""
+    """Return the ending for a branch whose start lies on its newest step."""
     if len(cycles) <= _FEWEST:
         return None
     first, p, q = (_coordinates(setting, c, cycles[-1]) for c in (cycles[0], *cycles[-2:]))
@@ -119,14 +122,14 @@ def _closed(setting: Setting, cycles: Sequence[Cycle]) -> Ending | None:
 
 
 def _coordinates(setting: Setting, cycle: Cycle, near: Cycle) -> Array:
-    """Return what tells motions apart whatever their phase, in units of arclength."""
+    """Return coordinates that distinguish motions whatever their phase, in units of arclength."""
     sizes = cycle.amplitudes / (setting.model.scale + near.amplitudes)
     rest = [cycle.period / near.period, cycle.value / setting.unit_at(near.value)]
     return np.concatenate([sizes, rest])
 
 
 def stuck(setting: Setting, cycles: Sequence[Cycle], steps: int) -> Ending:
-    """Return what is known where no step leads on."""
+    """Return the ending if no step succeeds."""
     last = cycles[-1]
     period = np.array([c.period for c in cycles])
     at = f"{setting.parameter} {last.value:.6g}"
@@ -150,13 +153,12 @@ def stuck(setting: Setting, cycles: Sequence[Cycle], steps: int) -> Ending:
 
 
 def passed(setting: Setting, last: Cycle, new: Cycle) -> Passed | None:
-    """Return what a branch has shrunk to in a step, and gone on beyond; None where to nothing.
+    """Return what a branch has passed in a step; None if nothing.
 
-    Beyond an equilibrium are the same motions at another phase, although the phase is held: it turns
-    by half a period where the branch runs straight through the equilibrium, and less where it passes
-    beside it. A branch of doubled period does the same where it joins the one of single period, and one
-    of motions that are not their own mirror image goes on with the mirror images where it joins those
-    that are.
+    Beyond an equilibrium lie the same motions at another phase, although the phase is held: it turns by
+    half a period if the branch runs straight through the equilibrium, and less if it passes beside it.
+    A branch of doubled period does the same where it joins the one of single period, and one of motions
+    that are not their own mirror image continues with the mirror images where it joins symmetric ones.
     """
     scale = setting.model.scale
     before, after = (_first_harmonic(c) / scale for c in (last, new))
@@ -179,7 +181,7 @@ def _first_harmonic(cycle: Cycle) -> NDArray[np.complex128]:
 
 
 def joins(setting: Setting, what: Passed, last: Cycle, new: Cycle) -> Ending:
-    """Return that a branch ends where it joins another, between two motions."""
+    """Return the ending of a branch that joins another, between two motions."""
     low, high = sorted((last.value, new.value))
     other = "one of half its period" if what == "half the period" else "one of symmetric motions"
     between = f"between {setting.parameter} {low:.6g} and {high:.6g}"
@@ -187,13 +189,13 @@ def joins(setting: Setting, what: Passed, last: Cycle, new: Cycle) -> Ending:
 
 
 def hopf_end(shooting: Shooting, last: Cycle, new: Cycle, after: int) -> SpecialPoint | None:
-    """Return the Hopf point to which a branch shrinks, as a motion of no amplitude.
+    """Return the Hopf point to which a branch shrinks, as a motion of zero amplitude.
 
     Parameters
     ----------
     shooting : Shooting
     last, new : Cycle
-        The smallest motions, on this side of the equilibrium or either.
+        The smallest motions, on this side of the equilibrium or on both.
     after : int
         Number of points before it.
     """
@@ -228,9 +230,9 @@ def hopf_end(shooting: Shooting, last: Cycle, new: Cycle, after: int) -> Special
 
 
 def _crossing(shooting: Shooting, near: Cycle) -> tuple[float, Array, NDArray[np.complex128], float]:
-    """Return where the growth rate of the motion's mode is zero, by the secant method.
+    """Return the value where the growth rate of the motion's mode is zero, by the secant method.
 
-    With it the equilibrium, all eigenvalues, and the last change of the value.
+    Also return the equilibrium, all eigenvalues, and the last change of the value.
     """
     wanted = 2j * math.pi / near.period
     state = near.states[:-1].mean(axis=0)

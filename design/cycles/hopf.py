@@ -1,8 +1,8 @@
-"""What kind of Hopf point it is: hunting that grows gently from nothing, or that jumps.
+"""The kind of a Hopf point: hunting that grows gently from zero, or that jumps.
 
-Two answers are given, because the equations are barely twice differentiable near zero creep. The first
-Lyapunov coefficient is that of the normal form and tells of amplitudes too small to matter; the
-direction in which the branch of limit cycles leaves is that of amplitudes that can be seen.
+There are two answers because the equations are barely twice differentiable near zero creep. The first
+Lyapunov coefficient, of the normal form, holds for amplitudes too small to matter; the direction in
+which the branch of limit cycles leaves holds for visible amplitudes.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from railenv.models import Model
 Array = NDArray[np.float64]
 
 AMPLITUDES = (0.1, 1.0)
-"""Amplitudes between which the branch's direction is judged, in units of the model's scale (mm)."""
+"""Amplitudes between which the branch's direction is measured, in units of the model's scale (mm)."""
 
 _POINTS = 25
 
@@ -48,7 +48,7 @@ def hopf_point(
     radius, cant, speed_range, inputs
         As in :func:`design.critical_speed`.
     critical : CriticalSpeed, optional
-        The Hopf point, where it is known already.
+        The Hopf point, if it is already known.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def _found_before(model: Model, critical: CriticalSpeed) -> HopfPoint:
 def _direction(
     setting: Setting, hopf: CriticalSpeed
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return two amplitudes (m) and the speeds (m/s) of the limit cycles that have them."""
+    """Return two amplitudes (m) and the speeds (m/s) of the limit cycles with them."""
     assert hopf.speed is not None
     limits = (0.2 * hopf.speed, 5.0 * hopf.speed)
     run = CycleContinuation.from_hopf(setting, hopf, limits, 0.3, None)
@@ -96,7 +96,7 @@ def _direction(
 def _normal_form(setting: Setting, hopf: CriticalSpeed) -> tuple[float | None, float | None]:
     """Return the first Lyapunov coefficient and the amplitude (m) up to which it holds.
 
-    None where the differences that it is made of do not converge.
+    None if the differences do not converge.
     """
     assert hopf.state is not None
     assert hopf.eigenvalue is not None
@@ -114,7 +114,7 @@ def _normal_form(setting: Setting, hopf: CriticalSpeed) -> tuple[float | None, f
 
 
 def _one_part(setting: Setting, mode: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """Return the mode of one uncoupled part where several move: each has the same normal form."""
+    """Return the mode of one uncoupled part if several move: each has the same normal form."""
     shooting = Shooting(setting, 1)
     everything = np.tile(np.arange(len(mode), dtype=float), (2, 1))
     everything[1] += setting.model.scale

@@ -1,4 +1,4 @@
-"""Where a vehicle never hunts, may hunt, and must hunt: speed against a second parameter.
+"""Maps of where a vehicle never, may, or must hunt: speed against a second parameter.
 
 Above the Hopf point the running equilibrium is unstable, and the vehicle must hunt. Below the nonlinear
 critical speed, most often a fold of limit cycles, there is no hunting, however large the disturbance.
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_FOLLOWED = 40  # points from the stable motion of the value before
+_FOLLOWED = 40  # points from the stable motion of the previous value
 _LONGEST_STEP = 0.12
 _OFF = (0.01, 0.03, 0.08)  # of the speed, from the onset to the stable motion above it, tried in turn
 
@@ -48,15 +48,15 @@ class HuntingMap:
     parameter : str
         "radius", "cant" or a parameter of the model.
     value : ndarray, shape (n,)
-        Values of it that were computed.
+        Its computed values.
     hopf : tuple of CriticalSpeed
-        Where steady running ends, for each value.
+        End of steady running, for each value.
     onsets : tuple of (HuntingOnset or None)
-        The lowest speed at which hunting can persist and what it rests on, for each value.
+        The lowest speed at which hunting can persist, with its evidence, for each value.
     notes : tuple of str
-        Why there is none, for each value; empty where there is one.
+        Reason why there is no onset, for each value; empty if there is one.
     ended : str or None
-        Why not all values were computed.
+        Reason why not all values were computed.
     """
 
     model_name: str
@@ -69,12 +69,12 @@ class HuntingMap:
 
     @property
     def hopf_speed(self) -> Array:
-        """Speed (m/s) above which the vehicle must hunt; NaN where steady running ends otherwise."""
+        """Speed (m/s) above which the vehicle must hunt; NaN if steady running ends otherwise."""
         return np.array([h.speed if h.loss == "hunting" else math.nan for h in self.hopf], dtype=float)
 
     @property
     def onset_speed(self) -> Array:
-        """Nonlinear critical speed (m/s), below which it never hunts; NaN where none was found."""
+        """Nonlinear critical speed (m/s), below which it never hunts; NaN if none was found."""
         return np.array([math.nan if o is None else o.value for o in self.onsets])
 
     def summary(self) -> dict[str, Any]:
@@ -113,9 +113,9 @@ def hunting_map(
 ) -> HuntingMap:
     """Find the Hopf point and the nonlinear critical speed over a second parameter.
 
-    At each value the whole branch from the Hopf point is followed, and the stable motion of the value
-    before is corrected and followed down, as it may be of a branch that hangs together with no Hopf
-    point any more. The lower of the two counts.
+    At each value the whole branch from the Hopf point is followed, and the stable motion of the
+    previous value is corrected and followed down, because its branch may no longer be connected to a
+    Hopf point. The lower of the two counts.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def hunting_map(
         "radius", "cant" or a parameter of the model, such as "conicity", or a gain in equations of
         your own.
     values : array_like
-        Its values, in an order without jumps.
+        Its values, ordered without jumps.
     radius, cant : float
         Curve radius (m; ``math.inf`` is tangent track) and cant (rad), held unless they are the
         parameter.
@@ -171,7 +171,7 @@ def hunting_map(
 def _onset(
     place: Place, hopf: CriticalSpeed, beside: Cycle | None, speed_range: tuple[float, float]
 ) -> tuple[HuntingOnset | None, Cycle | None, str]:
-    """Return the onset of hunting, a stable motion a little above it, and why there is none."""
+    """Return the onset of hunting, a stable motion a little above it, and the reason if none."""
     branches, note = [], f"no Hopf point: {hopf}"
     if hopf.loss == "hunting":
         try:

@@ -1,4 +1,4 @@
-"""How a hunting map is drawn."""
+"""Drawings of a hunting map."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the drawings of limit cycles and of simulated motions share: units, labels, a line."""
+"""Common parts of drawings of limit cycles and of simulated motions: units, labels, a line."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ def unit_of(state: str) -> tuple[float, str]:
 
 
 def axis_label(state: str, what: str = "") -> str:
-    """Return the label of an axis on which a state, or what of it, is drawn."""
+    """Return the label of an axis for a state, or for ``what`` of it."""
     unit = unit_of(state)[1]
     text = f"{what} of {state}" if what else state
     return f"{text} ({unit})" if unit else text
 
 
 def clearance_line(ax: Axes, clearance: float | None, factor: float) -> None:
-    """Draw the flange clearance as a line, where there is one."""
+    """Draw the flange clearance as a line, if there is one."""
     if clearance is not None:
         label = f"flange clearance {factor * clearance:.3g} mm"
         ax.axhline(factor * clearance, color=NEUTRAL, lw=1.2, ls=":", label=label)

@@ -15,7 +15,7 @@ from design.cycles.points import between, position
 _LOCATED = 1e-5  # of the step in which a special point lies
 _ON_CIRCLE = 1e-2  # a located multiplier's distance from the unit circle; a collision is farther
 UPRIGHT = 1e-6
-"""Change of the parameter along the tangent below which a branch stands upright."""
+"""Change of the parameter along the tangent below which a branch is vertical."""
 
 
 def special_points(problem: PeriodicProblem, p: Cycle, q: Cycle, after: int) -> Iterator[SpecialPoint]:
@@ -42,7 +42,7 @@ def _located(
     kind: Kind | None,
     after: int,
 ) -> Iterator[SpecialPoint]:
-    """Yield the zero of a test function between two points; without a sign change, nothing."""
+    """Yield the zero of a test function between two points, if its sign changes."""
     p, q = ends
     found: dict[float, Cycle] = {0.0: p, 1.0: q}
 

@@ -33,18 +33,18 @@ class _Forms:
         return self.jacobian(h * direction), self.jacobian(-h * direction), h
 
     def second(self, a: Array, b: Complex) -> Complex:
-        """Second derivative along a real and a complex direction."""
+        """Return the second derivative along a real and a complex direction."""
         if not np.abs(a).max() > _NOTHING:
             return np.zeros_like(b)
         ahead, behind, h = self._around(a)
         return np.asarray((ahead - behind) @ b / (2.0 * h))
 
     def both(self, a: Complex, b: Complex) -> Complex:
-        """Second derivative along two complex directions."""
+        """Return the second derivative along two complex directions."""
         return np.asarray(self.second(a.real, b) + 1j * self.second(a.imag, b))
 
     def third(self, a: Array, b: Complex) -> Complex:
-        """Third derivative, twice along a real direction and once along a complex one."""
+        """Return the third derivative, twice along a real direction and once along a complex one."""
         if not np.abs(a).max() > _NOTHING:
             return np.zeros_like(b)
         ahead, behind, h = self._around(a)
@@ -55,17 +55,17 @@ class _Forms:
 def lyapunov_coefficient(
     jacobian: Callable[[Array], Array], mode: Complex, omega: float
 ) -> tuple[float | None, float | None]:
-    """Return the first Lyapunov coefficient, and up to how many times the mode it holds.
+    """Return the first Lyapunov coefficient, and the multiple of the mode up to which it holds.
 
-    The differences are taken over ever smaller amplitudes and extrapolated (Richardson). Where they
-    do not converge, as where the equations are not smooth enough, there is no coefficient.
+    The differences are taken over ever smaller amplitudes and extrapolated (Richardson). If they do not
+    converge, because the equations are not smooth enough, there is no coefficient.
 
     Parameters
     ----------
     jacobian : callable
         Derivatives of the equations at a displacement from the equilibrium, shape (n, n).
     mode : ndarray of complex, shape (n,)
-        Critical eigenvector, as large as the largest displacement that is looked at.
+        Critical eigenvector, as large as the largest displacement used.
     omega : float
         Imaginary part of its eigenvalue, rad/s.
 

@@ -1,4 +1,4 @@
-"""How simulated motions are drawn."""
+"""Drawings of simulated motions."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def phase_portrait(
     ax: Axes | None = None,
     color: str = STABLE,
 ) -> control.ControlPlot:
-    """Draw a simulated motion in the plane of two states, as the paper's Figs 6 to 9.
+    """Draw a simulated motion in the plane of two states, as in the paper's Figs 6 to 9.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def phase_portrait(
     skip : float
         Time at the start to leave out, s.
     color : str
-        Of the line.
+        Colour of the line.
     """
     names = list(response.output_labels)
     chosen = (names[0], names[len(names) // 2]) if states is None else states

@@ -1,4 +1,4 @@
-"""Floquet multipliers: what they are of a motion found, and what of them changes along a branch."""
+"""Floquet multipliers: their computation for a motion, and their changes along a branch."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 REAL = 1e-6
-"""Imaginary parts below this count as none."""
+"""Imaginary parts below this count as zero."""
 
 _MIRRORED = 1e-3  # of the amplitude
 _DISTINCT = 1e-2  # from the trivial multiplier
@@ -54,9 +54,9 @@ def _turned(monodromy: Array, directions: Array) -> tuple[Array, Array]:
 
 
 def direction_of(shooting: Shooting, cycle: Cycle, multiplier: complex) -> Complex:
-    """Return the eigenvector of the multiplier nearest to one given, at the start of a motion.
+    """Return the eigenvector of the multiplier nearest to a given one, at the start of a motion.
 
-    Of the multiplier 1 of a branch point it is the part across the direction of motion.
+    For the multiplier 1 of a branch point it is the part across the direction of motion.
     """
     n, scale = shooting.n, cycle.scale[: shooting.n]
     shot = shooting.shoot(cycle.states[0], cycle.period, cycle.value)
@@ -75,13 +75,13 @@ def direction_of(shooting: Shooting, cycle: Cycle, multiplier: complex) -> Compl
 
 
 def nearest_one(cycle: Cycle) -> float:
-    """Return the real multiplier nearest to 1, or infinity where there is none."""
+    """Return the real multiplier nearest to 1, or infinity if there is none."""
     real = cycle.multipliers[np.abs(cycle.multipliers.imag) < REAL].real
     return float(real[np.argmin(np.abs(real - 1.0))]) if real.size else math.inf
 
 
 def mirrored(cycle: Cycle) -> bool:
-    """Whether every state repeats itself, or its negative, after half a period."""
+    """Return whether every state repeats itself, or its negative, after half a period."""
     half = (len(cycle.states) - 1) / 2.0
     at = np.arange(len(cycle.states))
     size = cycle.amplitudes + 1e-9 * np.abs(cycle.states).max()
@@ -101,7 +101,7 @@ def off_positive(cycle: Cycle) -> Complex:
 
 
 def outside(multipliers: Complex) -> int:
-    """Return how many multipliers lie outside the unit circle."""
+    """Return the number of multipliers outside the unit circle."""
     return int(np.count_nonzero(np.abs(multipliers) > 1.0))
 
 

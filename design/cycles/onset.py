@@ -1,4 +1,4 @@
-"""The lowest value at which hunting of a branch can persist, and what that rests on."""
+"""The lowest value at which hunting of a branch can persist, with the evidence for it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from design.stability.loss import CriticalSpeed
 
 
 class Branch(Protocol):
-    """What is read of a branch of limit cycles."""
+    """The parts of a branch of limit cycles that are read."""
 
     @property
     def parameter(self) -> str:
@@ -28,7 +28,7 @@ class Branch(Protocol):
 
     @property
     def hopf(self) -> CriticalSpeed | None:
-        """Where it starts, if it does so at a Hopf point."""
+        """Hopf point at which it starts, if any."""
 
 
 @dataclass(frozen=True)
@@ -39,15 +39,15 @@ class HuntingOnset:
     ----------
     parameter : str
     value : float
-        The parameter there; of the speed, m/s.
+        Value of the parameter; m/s for the speed.
     rests_on : str
-        "fold", "Hopf", "torus", "period doubling", "symmetry breaking" or "branch point": the point of
-        the branch at which stable motions begin. "simulation": a motion of no branch persists there
-        (:func:`design.bifurcation_diagram`). "stable motion": stable motions were computed down to
-        there, and where they begin was not located. "end of the branch": they go on to where the
-        branch was no longer followed, so that hunting may persist below.
+        Evidence. "fold", "Hopf", "torus", "period doubling", "symmetry breaking" or "branch point": the
+        point of the branch at which stable motions begin. "simulation": a motion of no branch persists
+        (:func:`design.bifurcation_diagram`). "stable motion": stable motions were computed down to this
+        value, but their beginning was not located. "end of the branch": they go on to the end of the
+        computed branch, so that hunting may persist below.
     frequency : float
-        Of the motion there, Hz; NaN of a motion that was simulated only.
+        Frequency of the motion, Hz; NaN for a motion that was only simulated.
     """
 
     parameter: str
@@ -62,7 +62,7 @@ class HuntingOnset:
 
 
 def onset_of(branch: Branch) -> HuntingOnset | None:
-    """Return the lowest value at which a stable motion of a branch exists; None without any."""
+    """Return the lowest value at which a stable motion of a branch exists; None if there is none."""
     found = min(_beginnings(branch), key=lambda o: o.value, default=None)
     if found is not None:
         lowest = min(c.value for c in branch.cycles if c.stable)
@@ -71,7 +71,7 @@ def onset_of(branch: Branch) -> HuntingOnset | None:
 
 
 def _beginnings(branch: Branch) -> Iterator[HuntingOnset]:
-    """Yield the points of every stable stretch where it may begin."""
+    """Yield the possible beginnings of every stable stretch."""
     name, cycles = branch.parameter, branch.cycles
     for stable, run in groupby(range(len(cycles)), key=lambda i: cycles[i].stable):
         if not stable:

@@ -1,4 +1,4 @@
-"""What a branch of limit cycles has between two of its motions."""
+"""Passages of a branch of limit cycles between two of its motions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Passage:
-    """Where a branch passes a value: between two of its motions."""
+    """A passage of a value by a branch, between two of its motions."""
 
     amplitudes: Array
     middle: Array
@@ -24,12 +24,12 @@ class Passage:
 
 
 def middle(cycle: Cycle) -> Array:
-    """Return how far the middle of each state's swing is from zero, to whichever side."""
+    """Return the distance of the middle of each state's swing from zero."""
     return np.asarray(np.abs(cycle.states.max(axis=0) + cycle.states.min(axis=0)) / 2.0)
 
 
 def passages(branch: CycleBranch, value: float) -> Iterator[Passage]:
-    """Yield what a branch has at a value, by linear interpolation; stable if either neighbour is."""
+    """Yield a branch's passages of a value, by linear interpolation; stable if either neighbour is."""
     values = branch.value
     for i in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0.0):
         p, q = branch.cycles[i], branch.cycles[i + 1]

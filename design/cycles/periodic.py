@@ -1,7 +1,7 @@
 """The boundary value problem of a periodic motion, solved by single shooting.
 
 A period is integrated by a fixed number of Runge-Kutta steps. The unknowns are the state at its start,
-its length and one parameter; Newton's method uses the exact derivatives of those very steps
+its length and one parameter; Newton's method uses the exact derivatives of these steps
 (``rk4_sensitivity`` of the kernels), so it converges quadratically and the Floquet multipliers
 belong to the motion that was computed.
 """
@@ -20,15 +20,15 @@ from design.cycles.shooting import Shooting, Shot
 from railenv.errors import ParameterError
 
 Array = NDArray[np.float64]
-Factors = tuple[Array, NDArray[np.int32]]  # triangular factors and pivots, as LAPACK returns them
+Factors = tuple[Array, NDArray[np.int32]]  # triangular factors and pivots from LAPACK
 
-_NEWTON_TOLERANCE = 1e-7  # last correction, in units of ``scale``; what is left is its square
+_NEWTON_TOLERANCE = 1e-7  # last correction, in units of ``scale``; the remaining error is its square
 _NEWTON_STEPS = 10
 _FARTHEST_CORRECTION = 30.0
-_IDLE = 2  # corrections in turn that are no smaller than one before: it will not converge
-_CHORD, _CHORD_STEPS = 0.05, 5  # correction from which on the derivatives are kept, and how often
+_IDLE = 2  # successive corrections that do not shrink: it will not converge
+_CHORD, _CHORD_STEPS = 0.05, 5  # correction below which the derivatives are kept, and how often
 _CHORD_TOLERANCE, _CONTRACTION = 1e-9, 0.3
-_BROYDEN_STEPS, _BROYDEN_GROWTH = 16, 4.0  # corrections with the derivatives of the motion before
+_BROYDEN_STEPS, _BROYDEN_GROWTH = 16, 4.0  # corrections with the derivatives of the previous motion
 _BROYDEN_TOLERANCE = 1e-8
 _PERIOD_UNIT = 0.5  # of the period
 
@@ -39,7 +39,7 @@ class NoCycle(Exception):
 
 @dataclass(frozen=True)
 class Solution:
-    """A periodic motion with its linearisation, as the continuation needs it.
+    """A periodic motion with its linearisation, for the continuation.
 
     Attributes
     ----------
@@ -48,14 +48,14 @@ class Solution:
     tangent : ndarray, shape (n_states + 2,)
         Unit tangent of the branch, divided by ``scale``.
     scale : ndarray, shape (n_states + 2,)
-        What one unit of arclength is here.
+        Size of one unit of arclength here.
     states : ndarray, shape (steps + 1, n_states)
         The motion over one period, at equal intervals.
     monodromy : ndarray, shape (n_states, n_states)
     newton_steps : int
     orientation : int
         Sign of the determinant of the bordered system; it changes at a branch point, not at a fold.
-        0 where there is more than one phase condition.
+        0 if there is more than one phase condition.
     """
 
     z: Array
@@ -91,14 +91,14 @@ class PeriodicProblem:
     reference : ndarray, shape (steps + 1, n_states)
         A motion near the one sought, whose start fixes the phase.
     value : float
-        The parameter there.
+        Value of the parameter for it.
     """
 
     def __init__(self, shooting: Shooting, reference: Array, value: float) -> None:
         self.shooting = shooting
         self.n = shooting.n
         self.parts = shooting.parts(reference)
-        self._near: Array | None = None  # derivatives of the motion found last
+        self._near: Array | None = None  # derivatives of the last motion found
         self.set_reference(reference, value)
         if not self.parts:
             raise ParameterError("the motion to start from does not oscillate")
@@ -109,19 +109,19 @@ class PeriodicProblem:
         self._slope = self.shooting.slope(self._start, value)
 
     def scale(self, amplitude: Array, period: float, value: float) -> Array:
-        """Return what one unit of arclength is near a motion.
+        """Return the size of one unit of arclength near a motion.
 
-        For a state, the model's typical magnitude plus the amplitude (in root mean square).
+        For a state it is the model's typical magnitude plus the amplitude (in root mean square).
         """
         setting = self.shooting.setting
         states = math.sqrt(self.n) * (setting.model.scale + amplitude)
         return np.concatenate([states, [_PERIOD_UNIT * period, setting.unit_at(value)]])
 
     def in_phase(self, tangent: Array, scale: Array) -> Array:
-        """Return a tangent of the branch as the present phase conditions have it, of length 1.
+        """Return a tangent of the branch for the present phase conditions, of length 1.
 
-        A tangent holds the phase of the reference before. The difference is a shift along the motion,
-        which changes no motion, but would lead the prediction away from where the next is looked for.
+        A tangent holds the phase of the previous reference. The difference is a shift along the motion,
+        which does not change it, but would move the prediction away from the next motion sought.
         """
         phases = self._phases(scale)
         held = tangent.copy()
@@ -129,11 +129,11 @@ class PeriodicProblem:
         return np.asarray(held / np.linalg.norm(held))
 
     def improved(self, guess: Array, normal: Array, scale: Array) -> Array:
-        """Correct a guess by Broyden's method from the derivatives of the motion found last.
+        """Correct a guess by Broyden's method from the derivatives of the last motion found.
 
         It integrates no derivatives, so that a correction costs a twentieth of one of :meth:`solve`,
-        which then starts where little is left to do. Parameters are those of :meth:`solve`; the guess
-        itself is returned where the method does not converge.
+        which then has little left to do. Parameters are those of :meth:`solve`; the guess itself is
+        returned if the method does not converge.
         """
         if self._near is None or len(self.parts) > 1:
             return guess
@@ -162,7 +162,7 @@ class PeriodicProblem:
         return guess
 
     def _missed(self, z: Array, plane: tuple[Array, Array, Array]) -> Array:
-        """Return the residual of a motion that is integrated without derivatives."""
+        """Return the residual of a motion integrated without derivatives."""
         end = self.shooting.end(z[: self.n], float(z[self.n]), float(z[self.n + 1]))
         return self._residual(end, z, *plane)
 
@@ -205,7 +205,7 @@ class PeriodicProblem:
         raise NoCycle
 
     def _refined(self, z: Array, factors: Factors, plane: tuple[Array, Array, Array]) -> Array:
-        """Correct further with the derivatives at hand: steps that need no new ones cost little."""
+        """Correct further with the present derivatives: steps without new ones cost little."""
         last = math.inf
         for _ in range(_CHORD_STEPS):
             right = self._missed(z, plane)
@@ -221,7 +221,7 @@ class PeriodicProblem:
         return z
 
     def _residual(self, end: Array, z: Array, guess: Array, normal: Array, scale: Array) -> Array:
-        """Return by how much closure, phase and arclength are missed, in units of ``scale``."""
+        """Return the errors of closure, phase and arclength, in units of ``scale``."""
         n = self.n
         closure = (end - z[:n]) / scale[:n]
         phases = self._phases(scale) @ ((z[:n] - self._start) / scale[:n])
@@ -250,7 +250,7 @@ class PeriodicProblem:
         self, z: Array, along: Array, scale: Array, shot: Shot, found: tuple[int, int]
     ) -> Solution:
         self._near = shot.derivatives
-        shot.states[[0, -1]] = z[: self.n]  # the last correction, too small to integrate again
+        shot.states[[0, -1]] = z[: self.n]  # the last correction, too small for another integration
         amplitude = half_peak_to_peak(shot.states)
         here = self.scale(amplitude, float(z[self.n]), float(z[self.n + 1]))
         tangent = along * scale / here
@@ -261,7 +261,7 @@ class PeriodicProblem:
 def _solved(matrix: Array, right: Array) -> tuple[Array, Factors | None]:
     """Solve a square system, or one with more (consistent) phase conditions by least squares.
 
-    Returns the solution and the factors of the matrix (None for least squares).
+    Return the solution and the factors of the matrix (None for least squares).
     """
     if matrix.shape[0] > matrix.shape[1]:
         return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0]), None

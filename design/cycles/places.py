@@ -1,4 +1,4 @@
-"""A vehicle on a curve, as studies over parameters vary it."""
+"""A vehicle on a curve, for studies over parameters."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from railenv.models import Model
 
 CURVE = ("radius", "cant")
-"""Names of parameters that are of the curve, not of the model."""
+"""Names of parameters of the curve, not of the model."""
 
 
 @dataclass(frozen=True)
 class Place:
-    """A model and the curve that it runs on."""
+    """A model and the curve on which it runs."""
 
     model: Model
     radius: float

@@ -1,4 +1,4 @@
-"""Points of a branch: motions that Newton's method has found, near others."""
+"""Points of a branch: motions that Newton's method finds near others."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 
 def cycle_from(problem: PeriodicProblem, found: Solution) -> Cycle:
-    """Return a motion that was found, with its stability."""
+    """Return a solution as a motion with its stability."""
     setting = problem.shooting.setting
     period, value = (float(v) for v in found.z[problem.n :])
     multipliers, error = floquet(problem, found)

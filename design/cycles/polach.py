@@ -1,8 +1,8 @@
 """The nonlinear critical speed by simulation: slow ramps of speed, and large disturbances.
 
-Polach's two definitions: the speed at which hunting ceases when a hunting vehicle is slowed down,
-and the lowest speed at which the vehicle goes on hunting after a large disturbance. A ramp up tells the
-linear critical speed, as long as something small disturbs the vehicle all the time, as on any track.
+Polach has two definitions: the speed at which hunting ceases when a hunting vehicle is slowed down, and
+the lowest speed at which the vehicle goes on hunting after a large disturbance. A ramp up gives the
+linear critical speed, if small disturbances act on the vehicle all the time, as on any track.
 """
 
 from __future__ import annotations
@@ -48,11 +48,11 @@ class SpeedRamp:
     Attributes
     ----------
     model_name, state : str
-        The state whose amplitude is judged.
+        Name of the model, and the state whose amplitude is measured.
     time, speed : ndarray
         s, m/s.
     amplitude : ndarray
-        Half peak to peak of the state within a window about each time.
+        Half peak to peak of the state within a window around each time.
     threshold : float
         Amplitude above which the vehicle hunts.
     disturbance : float
@@ -109,11 +109,11 @@ def speed_ramp(
 ) -> SpeedRamp:
     """Simulate a slow change of speed, up or down.
 
-    A ramp lags behind: hunting ceases, or begins, a little after the speed at which it must. The
-    lag grows with the rate.
+    A ramp lags: hunting ceases, or begins, a little after the speed at which it must. The lag grows
+    with the rate.
 
-    A vehicle that runs exactly in its equilibrium would stay there, stable or not. So once a second
-    every state is kicked a little, at random; what grows or dies out from there is the vehicle's own.
+    A vehicle exactly at its equilibrium would stay there, stable or not. So once a second every state
+    gets a small random kick, whose growth or decay is that of the vehicle.
 
     Parameters
     ----------
@@ -125,19 +125,19 @@ def speed_ramp(
     radius, cant : float
         Curve radius (m; ``math.inf`` is tangent track) and cant (rad).
     cycle : Cycle, optional
-        A hunting motion to start in.
+        A hunting motion from which to start.
     initial_state, perturbation
         As in :func:`railenv.simulate`; the running equilibrium when all are left out.
     state : str, optional
-        State whose amplitude is judged; the first when left out.
+        State whose amplitude is measured; the first when left out.
     threshold : float, optional
-        Amplitude above which the vehicle hunts; one of the model's scale (1 mm) when left out.
+        Amplitude above which the vehicle hunts; one unit of the model's scale (1 mm) when left out.
     window : float
-        s; longer than a period.
+        Window for the amplitude, longer than a period, s.
     disturbance : float
         Standard deviation of the kicks, in units of the model's scale (mm); 0 for none.
     seed : int
-        Of the kicks.
+        Seed of the kicks.
     """
     low, high = checks.speed(start, "start"), checks.speed(stop, "stop")
     rate = checks.number("rate", rate, low=0.0, open_low=True, unit="m/s^2")
@@ -162,7 +162,7 @@ def speed_ramp(
 
 @dataclass(frozen=True)
 class _Run:
-    """A run in which the states are kicked at the start and once a second."""
+    """A run with kicks of the states at the start and once a second."""
 
     model: Model
     speed: Callable[[Array], Array]
@@ -205,7 +205,7 @@ class _Run:
         )
 
     def _kicked(self, perturbation: Mapping[str, float] | None) -> dict[str, float]:
-        """Return what is given, and a kick in every state."""
+        """Return the given perturbation plus a kick in every state."""
         kicks = self.disturbance * self.model.scale * self.rng.standard_normal(self.model.n_states)
         found = dict(zip(self.model.state_names, kicks.tolist(), strict=True))
         for name, value in checks.mapping("perturbation", perturbation or {}).items():
@@ -214,7 +214,7 @@ class _Run:
 
 
 def _judged(model: Model, state: str | None, threshold: float | None) -> tuple[str, int, float]:
-    """Return the state whose amplitude is judged, its index, and the amplitude of hunting."""
+    """Return the state whose amplitude is measured, its index, and the amplitude of hunting."""
     name = model.state_names[0] if state is None else state
     checks.known("state", [name], model.state_names)
     k = model.state_names.index(name)
@@ -223,14 +223,14 @@ def _judged(model: Model, state: str | None, threshold: float | None) -> tuple[s
 
 @dataclass(frozen=True)
 class DisturbanceTest:
-    """Whether a vehicle goes on hunting after a large disturbance, speed by speed.
+    """A test whether a vehicle goes on hunting after a large disturbance, speed by speed.
 
     Attributes
     ----------
     diagram : SimulatedDiagram
         The simulations; its one start is the disturbance.
     state : str
-        The state whose amplitude is judged.
+        The state whose amplitude is measured.
     threshold : float
         Amplitude above which the vehicle hunts.
     """
@@ -241,7 +241,7 @@ class DisturbanceTest:
 
     @property
     def speed(self) -> Array:
-        """m/s."""
+        """Speeds, m/s."""
         return self.diagram.speed
 
     @property
@@ -277,10 +277,10 @@ def disturbance_test(
     state: str | None = None,
     threshold: float | None = None,
 ) -> DisturbanceTest:
-    """Disturb a vehicle strongly at each of some speeds, all at once, and see where it goes on hunting.
+    """Disturb a vehicle strongly at several speeds at once, and find where it goes on hunting.
 
-    Near the critical speed a disturbance dies out slowly, so too short a ``duration`` gives too low
-    a speed; and the outcome depends on the disturbance.
+    Near the critical speed a disturbance dies out slowly, so too short a ``duration`` gives too low a
+    speed. The result depends on the disturbance.
 
     Parameters
     ----------
@@ -288,7 +288,7 @@ def disturbance_test(
     speeds : array_like
         Increasing, m/s.
     disturbance : mapping of str to float, optional
-        Added to the running equilibrium; 8 of the model's scale (8 mm) in every lateral
+        Disturbance of the running equilibrium; 8 of the model's scale (8 mm) in every lateral
         displacement (states named ``y_...``), or in the first state, when left out.
     radius, cant, duration, window
         As in :func:`design.simulated_diagram`.

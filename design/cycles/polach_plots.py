@@ -1,4 +1,4 @@
-"""How speed ramps are drawn."""
+"""Drawings of speed ramps."""
 
 from __future__ import annotations
 

@@ -17,10 +17,10 @@ Array = NDArray[np.float64]
 CONDITIONS = ("speed", "curvature", "cant")
 
 STEPS_PER_PERIOD = 400
-"""Fewest Runge-Kutta steps of a period."""
+"""Least number of Runge-Kutta steps of a period."""
 
 STEP_PER_MODE = 1.0
-"""Longest step in units of 1/|eigenvalue| of the fastest mode, a third of what is stable."""
+"""Longest step in units of 1/|eigenvalue| of the fastest mode, a third of the stable one."""
 
 _SPEED_UNIT = 0.1  # of the speed: one unit of arclength
 _STILL = 1e-7  # amplitude, in units of the model's scale, below which a part does not oscillate
@@ -28,7 +28,7 @@ _STILL = 1e-7  # amplitude, in units of the model's scale, below which a part do
 
 @dataclass(frozen=True)
 class Setting:
-    """Everything that a periodic motion depends on, and the parameter that is varied.
+    """The setting of a periodic motion, with the parameter that is varied.
 
     Attributes
     ----------
@@ -36,10 +36,10 @@ class Setting:
     parameter : str
         "speed", "curvature", "cant" or a parameter of the model.
     speed, curvature, cant : float
-        m/s, 1/m, rad; that of them which is the parameter does not matter.
+        m/s, 1/m, rad; the value of the one that is varied does not matter.
     inputs : ndarray, shape (n_inputs,)
     unit : float or None
-        Change of the parameter that is one unit of arclength; None is a tenth of its value.
+        Change of the parameter that is one unit of arclength; None for a tenth of its value.
     """
 
     model: Model
@@ -55,11 +55,11 @@ class Setting:
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """The parameter, as the only one that varies."""
+        """The parameter as the only varying one."""
         return (self.parameter,)
 
     def conditions(self, value: ArrayLike) -> tuple[float, float, float]:
-        """Return speed, curvature and cant where the parameter has a value."""
+        """Return speed, curvature and cant at a value of the parameter."""
         held = {"speed": self.speed, "curvature": self.curvature, "cant": self.cant}
         if self.parameter in held:
             held[self.parameter] = float(np.asarray(value).item())
@@ -70,7 +70,7 @@ class Setting:
         return self.unit if self.unit is not None else _SPEED_UNIT * abs(value)
 
     def model_at(self, value: float) -> Model:
-        """Return the model with the parameter at a value, where it is one of the model's own."""
+        """Return the model with the parameter at a value, if it is one of the model's own."""
         if self.parameter in CONDITIONS:
             return self.model
         return self.model.replace(**{self.parameter: value})
@@ -78,21 +78,21 @@ class Setting:
 
 @dataclass(frozen=True)
 class Shot:
-    """One period: states (rows), and derivatives of the last by the first, the period, the values."""
+    """One period: states (rows), and derivatives of the last by the first, period and values."""
 
     states: Array
     derivatives: Array
 
 
 class Shooting:
-    """Integrates periods of a model, with exact derivatives.
+    """The integration of periods of a model, with exact derivatives.
 
     Parameters
     ----------
     setting : Setting
-        Says what varies; ``value`` below is one number for each of its ``parameters``.
+        Defines what varies; ``value`` below is one number for each of its ``parameters``.
     steps : int
-        Runge-Kutta steps of one period.
+        Number of Runge-Kutta steps of one period.
     """
 
     def __init__(self, setting: Setting, steps: int) -> None:
@@ -113,7 +113,7 @@ class Shooting:
         self._directions = np.zeros((model.n_inputs + 3, count))
         self._parameter_directions = np.zeros((len(names), count))
         own = [(k, names.index(p)) for k, p in enumerate(setting.parameters) if p in names]
-        self._own = [k for k, _ in own]  # which of those that vary are the model's own
+        self._own = [k for k, _ in own]  # indices of the varying ones that are the model's own
         self._index = [index for _, index in own]
         self._parameter_directions[self._index, self._own] = 1.0
         for k, name in enumerate(setting.parameters):
@@ -194,7 +194,7 @@ class Shooting:
     def parts(self, states: Array) -> tuple[NDArray[np.intp], ...]:
         """Return the uncoupled parts of the model (their states) that oscillate in a motion.
 
-        Each of them may be shifted in phase by itself, so each needs a phase condition.
+        Each of them may be shifted in phase separately, so each needs a phase condition.
         """
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import connected_components
@@ -214,7 +214,7 @@ def _columns(cells: tuple[tuple[int, int], ...]) -> NDArray[np.int64]:
 def _by_state(cells: tuple[tuple[int, int], ...], n: int) -> tuple[NDArray[np.int64], ...]:
     """Return the entries of n rows, row by row.
 
-    Where those of each row start, where its first from column n on is, then their columns and places.
+    These are the start of each row, its first entry from column n on, then columns and places.
     """
     rows, columns = _columns(cells)
     order = np.lexsort((columns, rows))
@@ -230,7 +230,7 @@ def steps_for(shooting: Shooting, x: Array, period: float, value: ArrayLike) -> 
 
 
 def swings_of(states: Array, scale: Array) -> int:
-    """Return how often the state that swings farthest does so in a period: 2 after a doubling."""
+    """Return the number of swings per period of the state that swings most: 2 after a doubling."""
     spread = np.ptp(states, axis=0) / scale
     signal = states[:-1, int(np.argmax(spread))]
     above = signal > (signal.max() + signal.min()) / 2.0

@@ -1,4 +1,4 @@
-"""A limit cycle found by simulation, to start a branch from where no Hopf point leads."""
+"""A limit cycle found by simulation, to start a branch that no Hopf point reaches."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from railenv.simulation import simulate
 Array = NDArray[np.float64]
 
 _SAMPLE = 1e-3  # s
-_STILL = 1e-3  # of the model's scale: less is no hunting
+_STILL = 1e-3  # of the model's scale: less does not count as hunting
 _DECAYED = 0.8  # of the amplitude of the half of the simulation, between its first and last fifth
-_BACK = 0.03  # of the peak to peak of every state: the motion has come back to where it was
-_CROSSINGS = 8  # looked at
+_BACK = 0.03  # of the peak to peak of every state: the motion has returned
+_CROSSINGS = 8  # number used
 _DEFAULT = 5.0  # of the model's scale: perturbation of the first state
 
 
@@ -50,9 +50,10 @@ def simulated_cycle(
         Added to the running equilibrium; 5 of the model's scale (5 mm) in the first state when left
         out.
     initial_state : array_like, shape (n_states,), optional
-        Where to start instead of the running equilibrium.
+        State to start from instead of the running equilibrium.
     duration : float
-        s; long enough for the motion to become periodic to a few percent, the rest is Newton's method.
+        Duration, s; long enough for the motion to become periodic within a few percent, for Newton's
+        method.
     steps_per_period : int, optional
         As in :func:`design.cycle_branch`.
 
@@ -84,7 +85,7 @@ def simulated_cycle(
 
 
 def _guess(setting: Setting, period: float, motion: Array) -> Cycle:
-    """Return a simulated motion as a cycle to start from, whose stability is not known."""
+    """Return a simulated motion as a cycle to start from, with unknown stability."""
     return Cycle(
         speed=setting.speed,
         curvature=setting.curvature,
@@ -130,7 +131,7 @@ def _last_period(model: Model, time: Array, states: Array) -> tuple[float, Array
 
 
 def _returning(crossings: Array) -> int:
-    """Return which of the states at upward crossings is the latest that the last one comes back to.
+    """Return the index of the latest upward crossing to whose state the last one returns.
 
     A motion may cross its middle several times a period.
     """

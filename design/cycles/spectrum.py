@@ -33,7 +33,7 @@ class Spectrum:
     density : ndarray
         Unit of the state squared per Hz.
     main_frequency : float
-        Hz; where the density is largest, refined between the lines of the spectrum.
+        Frequency of the largest density, refined between the lines of the spectrum, Hz.
     rms : float
         Root mean square about the mean, unit of the state.
     """
@@ -59,16 +59,16 @@ class Spectrum:
 def spectrum(
     response: control.TimeResponseData, state: str | None = None, *, skip: float = 0.0
 ) -> Spectrum:
-    """Estimate the power spectral density of a state of a simulation, its mean removed.
+    """Estimate the power spectral density of a simulated state, with its mean removed.
 
-    A periodogram with Hann's window over the whole time left.
+    This is a periodogram with Hann's window over the whole remaining time.
 
     Parameters
     ----------
     response : control.TimeResponseData
         From :func:`railenv.simulate`.
     state : str, optional
-        The first when left out.
+        State; the first when left out.
     skip : float
         Time at the start to leave out, s.
     """

@@ -1,4 +1,4 @@
-"""How spectra are drawn."""
+"""Drawings of spectra."""
 
 from __future__ import annotations
 

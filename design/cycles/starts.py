@@ -1,4 +1,4 @@
-"""Where branches of limit cycles start: the motions that leave a Hopf point or another branch."""
+"""Starts of branches of limit cycles: the motions that leave a Hopf point or another branch."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from design.stability.mode_shape import displacement_rows
 Array = NDArray[np.float64]
 
 _SAME_MODE = 1e-3  # of an eigenvalue: those of tables jump a little where their cells meet
-_MOVES = 1e-9  # of the largest part of a mode: less is no motion
-_DOUBLED = 1e-3  # of the distance along the direction, that the motions of two periods differ at least
+_MOVES = 1e-9  # of the largest part of a mode: less does not count as motion
+_DOUBLED = 1e-3  # of the distance along the direction: least difference of the motions of two periods
 
 
 @dataclass(frozen=True)
@@ -27,16 +27,16 @@ class Start:
     Attributes
     ----------
     motion : ndarray, shape (steps + 1, n_states)
-        Over a period of the branch.
+        The motion over a period of the branch.
     direction : ndarray, shape (steps + 1, n_states)
-        What is added to it along the branch, its first row about 1 in units of the model's scale; only
-        that row has to be exact.
+        Its change along the branch, with the first row about 1 in units of the model's scale; only that
+        row has to be exact.
     period : float
         s.
     value : float
-        The parameter.
+        Value of the parameter.
     kind : str
-        The kind of point that it leaves.
+        Kind of the point that it leaves.
     """
 
     motion: Array
@@ -46,7 +46,7 @@ class Start:
     kind: str
 
     def left_by(self, states: Array) -> bool:
-        """Whether a motion found is one of the branch that leaves, not of the one that is left."""
+        """Return whether a motion found belongs to the new branch, not to the one that it leaves."""
         if self.kind == "period doubling":
             half = (len(states) - 1) // 2
             gap = np.abs(states[half] - states[0]).max()
@@ -59,7 +59,7 @@ def hopf_start(shooting: Shooting, hopf: CriticalSpeed) -> Start:
     assert hopf.speed is not None
     assert hopf.state is not None
     assert hopf.frequency is not None
-    mode = -1j * hopf_mode(shooting, hopf)  # starts where displacements are zero, off the flange
+    mode = -1j * hopf_mode(shooting, hopf)  # so that it starts at zero displacements, off the flange
     turn = np.exp(2j * np.pi * np.linspace(0.0, 1.0, shooting.steps + 1))
     motion = np.tile(hopf.state, (shooting.steps + 1, 1))
     return Start(motion, (turn[:, None] * mode).real, 1.0 / hopf.frequency, hopf.speed, "Hopf")
@@ -71,7 +71,7 @@ def switch_start(shooting: Shooting, point: SpecialPoint) -> Start:
     Parameters
     ----------
     shooting : Shooting
-        Whose steps are those of a period of the branch that is left.
+        Shooting with the steps of a period of the original branch.
     point : SpecialPoint
         A period doubling, symmetry breaking or branch point.
 

@@ -21,13 +21,11 @@ STILL = 0.05
 """Largest displacement, in units of the model's scale, below which a motion has died out."""
 
 _LARGE = (8.0, 14.0)  # of the model's scale: 8 and 14 mm
-_KICK = (
-    1e-3  # of the model's scale, of every state, so that no symmetry holds a motion that is unstable
-)
-_LOOKS = 400  # steps of a window at least, so that peaks are seen
-_STEADY = 2e-3  # relative change of the amplitude from one window to the next but one
-_REMEMBERED = 6  # amplitudes: where they all fell, the motion is still dying out
-_LONGEST = 80  # halves of the duration asked for, where motions are still dying out
+_KICK = 1e-3  # of the model's scale, for every state, so that no symmetry preserves an unstable motion
+_LOOKS = 400  # least number of steps in a window, so that peaks are found
+_STEADY = 2e-3  # relative change of the amplitude over two windows
+_REMEMBERED = 6  # amplitudes: if all of them fell, the motion is still dying out
+_LONGEST = 80  # halves of the requested duration, if motions are still dying out
 
 
 @dataclass(frozen=True)
@@ -41,7 +39,7 @@ class Survivor:
     amplitudes : ndarray, shape (n_states,)
         Half peak to peak of every state at the end.
     state : ndarray, shape (n_states,)
-        Where the simulation ended.
+        State at the end of the simulation.
     steady : bool
         Whether the amplitudes have stopped changing.
     """
@@ -53,10 +51,10 @@ class Survivor:
 
 
 def large_disturbances(model: Model) -> tuple[dict[str, float], ...]:
-    """Return disturbances that throw a vehicle against its flanges: all to one side, and in turn.
+    """Return disturbances that throw a vehicle against its flanges: to one side, and alternating.
 
-    8 and 14 of the model's scale (8 and 14 mm) in every lateral displacement (states named ``y_...``),
-    or in the first state of equations that name none.
+    They are 8 and 14 of the model's scale (8 and 14 mm) in every lateral displacement (states named
+    ``y_...``), or in the first state of equations without such names.
     """
     names = [s for s in model.state_names if s.startswith("y_")] or [model.state_names[0]]
     scale = {s: float(model.scale[model.state_names.index(s)]) for s in names}
@@ -80,8 +78,8 @@ def survivors(
 ) -> tuple[Survivor, ...]:
     """Simulate a vehicle from large disturbances at some speeds; return the motions that persist.
 
-    Those that still die out at the end are simulated on, up to forty times as long: close to a critical
-    speed motions take minutes to die out.
+    Motions that are still dying out at the end are simulated further, up to forty times as long: close
+    to a critical speed motions take minutes to die out.
 
     Parameters
     ----------
@@ -91,8 +89,8 @@ def survivors(
     radius, cant : float
         m, rad.
     starts : sequence of mappings, optional
-        Added to the running equilibrium, by state name; :func:`large_disturbances` when left out. A
-        thousandth of the model's scale is added to every state besides.
+        Disturbances of the running equilibrium, by state name; :func:`large_disturbances` when left
+        out. A thousandth of the model's scale is also added to every state.
     duration, window : float
         Time simulated, and the time at its end in which extremes are taken, which must be longer than a
         period, s.
@@ -129,13 +127,13 @@ def survivors(
 
 
 def _steady(sizes: Array) -> NDArray[np.bool_]:
-    """Return which motions have stopped changing; each row has the last amplitudes of one."""
+    """Return whether motions have stopped changing; each row has the last amplitudes of one."""
     return np.asarray(np.abs(sizes[:, -1] / np.maximum(sizes[:, -2], STILL) - 1.0) <= _STEADY)
 
 
 def _dying(sizes: Array) -> NDArray[np.bool_]:
-    """Return which motions may still die out: they move, and not one of their amplitudes grew."""
-    moving = sizes[:, -1] > STILL  # False where states are no longer finite
+    """Return whether motions may still die out: they move, and none of their amplitudes grew."""
+    moving = sizes[:, -1] > STILL  # False if states are no longer finite
     wavering = (np.diff(sizes, axis=1) > 0.0).any(axis=1)
     return np.asarray(moving & ~(np.isfinite(sizes).all(axis=1) & wavering))
 

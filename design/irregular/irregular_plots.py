@@ -1,4 +1,4 @@
-"""How Lyapunov exponents, Poincare sections and their diagrams are drawn."""
+"""Drawings of Lyapunov exponents, Poincare sections and their diagrams."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def plot_section(
 def plot_return_map(
     section: PoincareSection, state: str | None = None, ax: Axes | None = None
 ) -> control.ControlPlot:
-    """Draw a state at each point of a section over that at the point before."""
+    """Draw a state at each point of a section over its value at the previous point."""
     name = section.section.state if state is None else state
     before, after = section.return_map(name)
     factor, _ = unit_of(name)
@@ -83,7 +83,7 @@ def plot_return_map(
 def plot_section_diagram(
     diagram: SectionDiagram, state: str | None = None, ax: Axes | None = None
 ) -> control.ControlPlot:
-    """Draw sections over the parameter; beneath, in a figure of its own, the largest exponents."""
+    """Draw sections over the parameter; in a new figure, also the largest exponents beneath."""
     name = diagram.section.state if state is None else state
     if diagram.points:
         checks.known("state", [name], diagram.points[0].section.state_names)
@@ -134,7 +134,7 @@ def _draw_sweep(
 
 
 def _curve(diagram: SectionDiagram) -> str:
-    """Return on which curve a diagram was computed, where it is the same one throughout."""
+    """Return the curve of a diagram, if it is the same throughout."""
     curves = {(p.section.curvature, p.section.cant) for p in diagram.points}
     if len(curves) != 1:
         return ""
@@ -146,7 +146,7 @@ _SWEEP_LABELS = {"up": "up", "down": "down", "apart": "each from the start"}
 
 
 def _section_values(section: PoincareSection, name: str) -> Array:
-    """Return the values of a section; where there is no motion, the state at rest."""
+    """Return the values of a section; without motion, the state at rest."""
     if section.moves:
         return section.values(name)
     return section.mean[[section.state_names.index(name)]]

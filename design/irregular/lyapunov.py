@@ -1,4 +1,4 @@
-"""Lyapunov exponents: how fast neighbouring motions part, or come together."""
+"""Lyapunov exponents: the rates at which neighbouring motions separate or converge."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ Array = NDArray[np.float64]
 Kind = Literal["equilibrium", "periodic", "torus", "chaotic", "not decided"]
 
 _BLOCKS = 24  # of the duration
-_JOINED = 2  # blocks that are one sample of the mean for its error: longer ones are less dependent
-_FEWEST = 8  # of them that an interrupted run is worth returning for
+_JOINED = 2  # blocks in one sample for the error of the mean: longer samples are less dependent
+_FEWEST = 8  # least number of blocks that an interrupted run returns
 _SPREAD = 10.0  # time constants of the fastest mode between two re-orthonormalisations
-_ALIGNING = 0.5  # of ``settle``, in which the directions turn into their places
+_ALIGNING = 0.5  # of ``settle``, in which the directions align
 _SURE = 3.0  # standard errors
-_LEAST = 5.0  # exponents: a distance must change by e^5 over the run to be told from a constant one
-_NEUTRAL = 3e-3  # of the angular frequency: exponents below it are zero as far as a torus is concerned
-_RESTING = 1e-9  # of the model's scale a second: a motion that is slower has no direction of its own
-_STILL = 1e-6  # of the model's scale: less is no motion
-_STEADY = 0.8  # least ratio of the swings of both halves of a run
+_LEAST = 5.0  # a distance must change by e^5 over the run to differ from a constant one
+_NEUTRAL = 3e-3  # of the angular frequency: exponents below it count as zero for a torus
+_RESTING = 1e-9  # of the model's scale per second: a slower motion has no direction of its own
+_STILL = 1e-6  # of the model's scale: less does not count as motion
+_STEADY = 0.8  # least ratio of the swings in both halves of a run
 
 
 @dataclass(frozen=True)
@@ -46,20 +46,20 @@ class LyapunovExponents:
     speed, curvature, cant : float
         m/s, 1/m, rad.
     duration : float
-        Time over which they are the mean, s.
+        Time over which they are averaged, s.
     step, stretch : float
         Runge-Kutta step, and time between two re-orthonormalisations, s.
     ends : ndarray, shape (n_blocks + 1,)
-        Times that part the duration into blocks, s: where there are enough of them, moments at which
-        the state that swings most passes its mean upwards, so that a block of a periodic motion has
-        whole periods.
+        Times that divide the duration into blocks, s: if there are enough, moments at which the state
+        that swings most passes its mean upwards, so that a block of a periodic motion has whole
+        periods.
     blocks : ndarray, shape (n_blocks, count)
         Mean exponents of these blocks, 1/s.
     own : ndarray, shape (n_parts,)
-        For equal parts of the duration:
-        how far the motion's own direction, in which nothing grows, is from being carried into itself,
-        the sum of relative errors, 1/s. That is how accurate the derivatives are. It is large where the
-        equations jump, for derivatives do not see a jump: a wheel that lifts loses its creep forces.
+        Error of the motion's own direction, in which nothing grows, for equal parts of the duration:
+        the sum of relative errors after it is carried along, 1/s. It shows the accuracy of the
+        derivatives, and is large if the equations jump, which derivatives do not contain: a wheel that
+        lifts loses its creep forces.
     frequency : float
         Mean frequency (Hz) of the state that swings most: its upward passages of its mean.
     lowest, highest : ndarray, shape (n_parts, n_states)
@@ -67,10 +67,10 @@ class LyapunovExponents:
     scale : ndarray, shape (n_states,)
         Typical magnitudes of the model's states.
     end : ndarray, shape (n_states,)
-        State at the end, from which the motion may be carried on.
+        State at the end, from which the motion may be continued.
     state_names : tuple of str
     ended : str or None
-        Why the duration is shorter than was asked for.
+        Reason why the duration is shorter than requested.
     """
 
     model_name: str
@@ -110,14 +110,15 @@ class LyapunovExponents:
 
     @property
     def own_error(self) -> float:
-        """Mean of ``own``, 1/s: exponents that are not larger say nothing."""
+        """Mean of ``own``, 1/s: smaller exponents are not significant."""
         return float(self.own.mean())
 
     @property
     def bound(self) -> Array:
-        """What an exponent must exceed (either way) to be told from zero, 1/s.
+        """Magnitude above which an exponent differs significantly from zero, 1/s.
 
-        Three standard errors, 5 over the duration, and the error of the motion's own direction.
+        The largest of three standard errors, 5 over the duration, and the error of the motion's own
+        direction.
         """
         return np.maximum(_SURE * self.error, max(_LEAST / self.duration, self.own_error))
 
@@ -128,7 +129,7 @@ class LyapunovExponents:
 
     @property
     def history(self) -> Array:
-        """Exponents as they were at these times, shape (n_blocks, count), 1/s."""
+        """Exponents up to these times, shape (n_blocks, count), 1/s."""
         lengths = np.diff(self.ends)[:, None]
         return np.asarray(np.cumsum(self.blocks * lengths, axis=0) / np.cumsum(lengths, axis=0))
 
@@ -139,7 +140,7 @@ class LyapunovExponents:
 
     @property
     def steady(self) -> bool:
-        """Whether the motion neither grows nor decays: both halves of the run swing alike."""
+        """Whether the motion neither grows nor decays: both halves of the run swing equally."""
         half = len(self.lowest) // 2
         parts = [slice(None, half), slice(half, None)]
         first, last = (np.ptp([self.lowest[p].min(0), self.highest[p].max(0)], axis=0) for p in parts)
@@ -148,14 +149,14 @@ class LyapunovExponents:
 
     @property
     def kind(self) -> Kind:
-        """What kind of motion the exponents tell.
+        """Kind of motion by the exponents.
 
         "equilibrium": nothing moves, or it decays and all exponents are negative. "periodic": the first
         is zero and the second negative. "torus": the first two are zero, known to 0.3 % of the angular
-        frequency; motions of uncoupled parts count as such whatever their frequencies, for their
-        phases are indifferent. "chaotic": the first is positive. "not decided": errors are too large
-        (or ``count`` too small) to tell, the motion still grows or decays, or it goes on although all
-        exponents are negative, which is not possible: its derivatives do not see a jump.
+        frequency; motions of uncoupled parts count as such whatever their frequencies, because their
+        phases are arbitrary. "chaotic": the first is positive. "not decided": errors are too large (or
+        ``count`` is too small) to decide, the motion still grows or decays, or it goes on although all
+        exponents are negative, which is impossible: its derivatives miss a jump.
         """
         value, bound = self.exponents, self.bound
         if (self.swing < _STILL * self.scale).all():
@@ -175,9 +176,9 @@ class LyapunovExponents:
 
     @property
     def kaplan_yorke(self) -> float | None:
-        """Kaplan-Yorke dimension of the attractor; None where it takes more exponents than there are.
+        """Kaplan-Yorke dimension of the attractor; None if it needs more exponents than there are.
 
-        Exponents that cannot be told from zero count as zero.
+        Exponents that do not differ significantly from zero count as zero.
         """
         value = np.where(np.abs(self.exponents) <= self.bound, 0.0, self.exponents)
         sums = np.cumsum(value)
@@ -211,7 +212,7 @@ class LyapunovExponents:
         return text if dimension is None else f"{text}; Kaplan-Yorke dimension {dimension:.2f}"
 
     def plot(self, ax: Axes | None = None) -> control.ControlPlot:
-        """Draw how the exponents converge over time."""
+        """Draw the convergence of the exponents over time."""
         from design.irregular.irregular_plots import plot_convergence
 
         return plot_convergence(self, ax)
@@ -232,13 +233,13 @@ def lyapunov_exponents(
     step: float | None = None,
     progress: bool = False,
 ) -> LyapunovExponents:
-    """Compute the largest Lyapunov exponents of the motion that a model comes to.
+    """Compute the largest Lyapunov exponents of the motion at which a model arrives.
 
-    Two motions that start close to each other part (or approach) as exp(lambda t); lambda is the
-    largest exponent, that of areas the sum of the first two, and so on. The kernels integrate the exact
-    derivatives of the state after a stretch of Runge-Kutta steps; a set of directions is carried along
-    with them and made orthonormal again after each stretch. Method: Benettin, Galgani, Giorgilli and
-    Strelcyn, Meccanica 15 (1980); Shimada and Nagashima, Prog. Theor. Phys. 61 (1979).
+    Two motions that start close to each other separate (or converge) as exp(lambda t); lambda is the
+    largest exponent, that of areas is the sum of the first two, and so on. The kernels integrate the
+    exact derivatives of the state over a stretch of Runge-Kutta steps; a set of directions is carried
+    along with them and made orthonormal again after each stretch. Method: Benettin, Galgani, Giorgilli
+    and Strelcyn, Meccanica 15 (1980); Shimada and Nagashima, Prog. Theor. Phys. 61 (1979).
 
     Parameters
     ----------
@@ -250,30 +251,30 @@ def lyapunov_exponents(
     inputs : array_like, shape (n_inputs,), optional
         Constant inputs; zero when left out.
     count : int
-        How many exponents, at most as many as there are states. Two tell a periodic motion from a
-        torus; a dimension needs one more than it has whole numbers.
+        Number of exponents, at most that of the states. Two distinguish a periodic motion from a torus;
+        a dimension needs one more than its whole part.
     duration : float
         Time over which the exponents are averaged, s. Errors fall with its square root, and an exponent
-        can be told from zero only if it exceeds 5 over it.
+        differs significantly from zero only if it exceeds 5 over it.
     settle : float
-        Time before that, in which the motion comes to its attractor, s.
+        Time before that, in which the motion reaches its attractor, s.
     initial_state : array_like, shape (n_states,), optional
-        Where to start instead of the running equilibrium.
+        State to start from instead of the running equilibrium.
     perturbation : mapping of str to float, optional
-        Added to it; to the running equilibrium 5 of the model's scale (5 mm) in the first state when
-        left out.
+        Disturbance of it; for the running equilibrium 5 of the model's scale (5 mm) in the first state
+        when left out.
     step : float, optional
         Runge-Kutta step, s; a twelfth of the time constant of the fastest mode along the motion when
         left out.
     progress : bool
-        Show a progress bar. An interrupt (Ctrl-C) returns the mean up to there.
+        Show a progress bar. An interrupt (Ctrl-C) returns the mean so far.
 
     Raises
     ------
     ParameterError
         If an argument is not allowed.
     EquilibriumError
-        If there is no running equilibrium to start from (give ``initial_state`` then).
+        If there is no running equilibrium to start from (then give ``initial_state``).
     SimulationError
         If the motion diverges.
 
@@ -309,7 +310,7 @@ def lyapunov_exponents(
 def _told(
     setting: Setting, step: float, tangent: _Tangent, parts: Sequence[_Part], ended: str | None
 ) -> LyapunovExponents:
-    """Return what the parts of a run tell, and why it ended early."""
+    """Return the results of the parts of a run, and the reason if it ended early."""
     growth = np.concatenate([part.growth for part in parts])
     signal = np.concatenate([part.signal for part in parts])
     passages = _passages(signal, tangent.stretch * len(growth) / len(signal))
@@ -339,8 +340,8 @@ def _told(
 class _Part:
     """Part of a run.
 
-    How much the logarithms of the directions' lengths grow in each stretch, how far the own direction
-    misses itself (1/s), extremes, and the state that swings most after each step.
+    It has the growth of the logarithms of the directions' lengths in each stretch, the error of the own
+    direction (1/s), extremes, and the state that swings most after each step.
     """
 
     growth: Array
@@ -351,7 +352,7 @@ class _Part:
 
 
 class _Tangent:
-    """Carries directions along with a motion."""
+    """Directions that are carried along with a motion."""
 
     def __init__(self, setting: Setting, motion: Motion, count: int) -> None:
         self.state = motion.state
@@ -359,7 +360,7 @@ class _Tangent:
         self._shooting = Shooting(setting, 1)
         fastest = self._shooting.fastest(self.state, setting.speed)
         steps = max(1, math.floor(_SPREAD / max(fastest, 1e-6) / motion.step))
-        # a stretch must not be longer than what a block of time may have left over
+        # a stretch must not be longer than the rest of a block of time
         self._shooting.steps = min(steps, _SLOWEST_STEPS)
         self.stretch = self._shooting.steps * motion.step
         self._directions = _orthonormal(setting.model.n_states, count)
@@ -367,7 +368,7 @@ class _Tangent:
         self._swinging: int | None = None
 
     def go(self, duration: float) -> _Part:
-        """Go on for some time (s) and return what was found."""
+        """Go on for some time (s) and return the results."""
         stretches = max(1, round(duration / self.stretch))
         growth: list[Array] = []
         missed = 0.0
@@ -391,7 +392,7 @@ class _Tangent:
             if self._swinging is not None:
                 signals.append(shot.states[1:, self._swinging])
             ends.append(self.state)
-        if self._swinging is None:  # told by the part before the first that counts
+        if self._swinging is None:  # known from the part before the first that counts
             self._swinging = int(np.argmax(np.ptp(ends, axis=0) / self._scale))
         time = stretches * self.stretch
         signal = np.concatenate(signals) if signals else np.zeros(0)
@@ -402,7 +403,7 @@ class _Tangent:
         return self._shooting.slope(self.state, self._speed)
 
     def _missed(self, carried: Array, slope: Array) -> float:
-        """Return how far the own direction is from what it should have been carried into."""
+        """Return the error of the own direction after it was carried along."""
         whole = float(np.linalg.norm(slope / self._scale))
         if whole < _RESTING:
             return 0.0
@@ -410,11 +411,11 @@ class _Tangent:
 
 
 _SLOWEST_STEPS = 400
-"""Most steps of a stretch."""
+"""Largest number of steps of a stretch."""
 
 
 def _orthonormal(n: int, count: int) -> Array:
-    """Return directions that lie in no subspace of the equations' own."""
+    """Return directions outside every invariant subspace of the equations."""
     return np.asarray(np.linalg.qr(np.random.default_rng(0).standard_normal((n, count)))[0])
 
 
@@ -435,7 +436,7 @@ def _frequency(passages: Array) -> float:
 def _blocks(growth: Array, stretch: float, passages: Array) -> tuple[Array, Array]:
     """Return the ends (s) of blocks of a run, and the mean exponents (1/s) of these blocks.
 
-    Within a stretch (s) what grows is taken as growing evenly.
+    Growth is taken as even within a stretch (s).
     """
     grown = np.concatenate([np.zeros((1, growth.shape[1])), np.cumsum(growth, axis=0)])
     times = stretch * np.arange(len(grown))

@@ -1,4 +1,4 @@
-"""A motion under constant conditions, step by step, as sections and exponents need it."""
+"""A motion under constant conditions, step by step, for sections and exponents."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from railenv.simulation import natural_step
 Array = NDArray[np.float64]
 
 DEFAULT_PERTURBATION = 5.0
-"""Of the model's scale: displacement of the first state that a motion starts with."""
+"""Initial displacement of the first state, in units of the model's scale."""
 
 _FINER = 3.0
-"""How many times shorter steps are than those of ``simulate``: contact has corners, and a step that
+"""Factor by which steps are shorter than those of ``simulate``: contact has corners, and a step that
 meets one at another phase each time blurs the section of a periodic motion."""
 
-_LOOKS = 16  # states of a motion at which the fastest mode is looked at
+_LOOKS = 16  # states of a motion at which the fastest mode is computed
 _MOST_STEPS = 10**9
 
 
@@ -41,10 +41,10 @@ def setting_of(
 def start_of(
     setting: Setting, initial_state: ArrayLike | None, perturbation: Mapping[str, float] | None
 ) -> Array:
-    """Return the state that a motion starts from: one that is given, or the running equilibrium.
+    """Return the initial state of a motion: the given one, or the running equilibrium.
 
-    A perturbation is added; without one the running equilibrium is left by 5 of the model's scale in
-    the first state.
+    The perturbation is added; by default the running equilibrium is displaced by 5 of the model's scale
+    in the first state.
     """
     model = setting.model
     if initial_state is not None:
@@ -65,7 +65,7 @@ def start_of(
 
 
 def diverged(setting: Setting, step: float, states: Array) -> SimulationError:
-    """Return the error of a motion that leaves the finite numbers after some states (rows)."""
+    """Return the error of a motion that is no longer finite after some states (rows)."""
     import control
 
     model = setting.model
@@ -87,7 +87,7 @@ def diverged(setting: Setting, step: float, states: Array) -> SimulationError:
 
 
 class Motion:
-    """Integrates a model by Runge-Kutta steps from a state on.
+    """A motion of a model by Runge-Kutta steps from a state on.
 
     Parameters
     ----------
@@ -95,8 +95,8 @@ class Motion:
         Model and running conditions (the speed is that of the setting).
     start : ndarray, shape (n_states,)
     step : float or None
-        Longest step, s; a twelfth of the time constant of the fastest mode at the start, and once
-        settled of that along the motion, where it is None.
+        Longest step, s. None for a twelfth of the time constant of the fastest mode at the start, and,
+        once settled, of the fastest one along the motion.
     """
 
     def __init__(self, setting: Setting, start: Array, step: float | None) -> None:
@@ -118,7 +118,7 @@ class Motion:
         return longest / _FINER
 
     def settle(self, duration: float) -> None:
-        """Go on for some time (s); a step that is not given becomes that of the motion's fastest mode.
+        """Go on for some time (s); by default the step becomes that of the motion's fastest mode.
 
         Raises
         ------
@@ -152,7 +152,7 @@ class Motion:
         return out
 
     def after(self, state: Array, step: float) -> Array:
-        """Return the state one step (s) after another; the motion itself stays where it is."""
+        """Return the state one step (s) after another; the motion itself does not advance."""
         self._w[: len(state)] = state
         self._kernels.rk4_hold(self._w, self._t, step, 1)
         return self._w[: len(state)].copy()

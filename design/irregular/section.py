@@ -1,4 +1,4 @@
-"""Poincare sections: a motion looked at each time that it passes a surface."""
+"""Poincare sections: the states of a motion each time that it passes a surface."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ Array = NDArray[np.float64]
 At = float | Literal["maximum", "minimum"]
 
 _CHUNK = 4000  # steps whose states are held at a time
-_RETURN = 1e-3  # of the motion's swing: a point that comes back as near as this is the same
+_RETURN = 1e-3  # of the motion's swing: points closer than this are the same
 _LONGEST_RETURN = 64  # points
-_STILL = 1e-6  # of the model's scale: a motion that swings less has no section
+_STILL = 1e-6  # of the model's scale: a smaller motion has no section
 
 
 @dataclass(frozen=True)
 class SectionSurface:
-    """The surface: where a state has a maximum or a minimum, or passes a value.
+    """A surface: a state has a maximum or a minimum, or passes a value.
 
     Attributes
     ----------
     state : str
     at : {"maximum", "minimum"} or float
     direction : {"up", "down"}
-        In which a value is passed; does not matter for extremes.
+        Direction in which a value is passed; it has no effect for extremes.
     """
 
     state: str
@@ -53,7 +53,7 @@ class SectionSurface:
 def section_of(
     model: Model, state: str | None, at: At, direction: Literal["up", "down"]
 ) -> SectionSurface:
-    """Return a checked section; the first state where none is named."""
+    """Return a checked section; by default of the first state."""
     name = model.state_names[0] if state is None else state
     checks.known("state", [name], model.state_names)
     checks.choice("direction", direction, ["up", "down"])
@@ -76,13 +76,13 @@ class PoincareSection:
     section : SectionSurface
         The surface.
     time : ndarray, shape (n_points,)
-        When it is passed, s, counted from the end of settling.
+        Times of the passages, s, from the end of settling.
     states : ndarray, shape (n_points, n_states)
-        The states there.
+        States at the passages.
     lowest, highest, mean : ndarray, shape (n_states,)
         Extremes and mean of the states over the whole motion.
     end : ndarray, shape (n_states,)
-        State at the end, from which the motion may be carried on.
+        State at the end, from which the motion may be continued.
     scale : ndarray, shape (n_states,)
         Typical magnitudes of the model's states.
     state_names : tuple of str
@@ -116,24 +116,24 @@ class PoincareSection:
         return bool((self.highest - self.lowest > 2.0 * _STILL * self.scale).any())
 
     def values(self, state: str | None = None) -> Array:
-        """Return a state (that of the section) at the points, shape (n_points,)."""
+        """Return a state (by default that of the section) at the points, shape (n_points,)."""
         name = self.section.state if state is None else state
         checks.known("state", [name], self.state_names)
         return self.states[:, self.state_names.index(name)]
 
     @property
     def period(self) -> int | None:
-        """After how many points the motion comes back; None where it does not within 64.
+        """Number of points after which the motion returns; None if it does not within 64.
 
-        Back is where the second half of the points repeats to 0.1 % of the swing of every state.
+        It returns if the second half of the points repeats within 0.1 % of the swing of every state.
         """
         most = min(_LONGEST_RETURN, len(self) - len(self) // 2 - 1)
         return next((k for k in range(1, most + 1) if self.miss(k) <= _RETURN), None)
 
     def miss(self, points: int) -> float:
-        """Return how far the motion is from coming back after some points, in units of its swing.
+        """Return the distance of the motion from a return after some points, in units of its swing.
 
-        The largest distance of any state in the second half of the points.
+        This is the largest distance of any state in the second half of the points.
         """
         checks.whole("points", points, high=max(1, len(self) - len(self) // 2 - 1))
         last = self.states[len(self) // 2 :]
@@ -142,13 +142,13 @@ class PoincareSection:
 
     @property
     def kind(self) -> str:
-        """What the section shows: rest, a motion that comes back after some points, or none such."""
+        """Kind of motion in the section: rest, a return after some points, or no return."""
         if not self.moves:
             return "at rest"
         return "does not come back" if self.period is None else f"period {self.period}"
 
     def return_map(self, state: str | None = None) -> tuple[Array, Array]:
-        """Return a state (that of the section) at each point but the last, and at the point after."""
+        """Return a state (by default the section's) at each point but the last, and at the next one."""
         values = self.values(state)
         return values[:-1], values[1:]
 
@@ -172,13 +172,13 @@ class PoincareSection:
     def plot(
         self, states: tuple[str, str] | None = None, ax: Axes | None = None
     ) -> control.ControlPlot:
-        """Draw the points in the plane of two states (the first two that vary, when left out)."""
+        """Draw the points in the plane of two states (by default the first two that vary)."""
         from design.irregular.irregular_plots import plot_section
 
         return plot_section(self, states, ax)
 
     def plot_return_map(self, state: str | None = None, ax: Axes | None = None) -> control.ControlPlot:
-        """Draw a state (that of the section) at each point over that at the point before."""
+        """Draw a state (by default the section's) at each point over its value at the previous one."""
         from design.irregular.irregular_plots import plot_return_map
 
         return plot_return_map(self, state, ax)
@@ -200,12 +200,11 @@ def poincare_section(
     perturbation: Mapping[str, float] | None = None,
     step: float | None = None,
 ) -> PoincareSection:
-    """Look at a motion each time that a state has a maximum or a minimum, or passes a value.
+    """Record a motion each time that a state has a maximum or a minimum, or passes a value.
 
-    A periodic motion shows as one point, or as several that are passed in turn; one of two frequencies
-    as a closed curve; a chaotic one as a set with structure on all scales. Each point is located with
-    the last Runge-Kutta step shortened until it ends on the surface, so it is as accurate as the
-    steps are.
+    A periodic motion gives one point, or several in turn; a motion of two frequencies gives a closed
+    curve; a chaotic one gives a set with structure on all scales. Each point is located by shortening
+    the last Runge-Kutta step until it ends on the surface, so it is as accurate as the steps.
 
     Parameters
     ----------
@@ -217,13 +216,13 @@ def poincare_section(
     inputs : array_like, shape (n_inputs,), optional
         Constant inputs; zero when left out.
     state : str, optional
-        The state looked at; the first when left out.
+        State of the surface; the first when left out.
     at : {"maximum", "minimum"} or float
-        Where it is looked at. Maxima show the amplitude.
+        Place of the surface. Maxima show the amplitude.
     direction : {"up", "down"}
-        In which a value is passed.
+        Direction in which a value is passed.
     duration, settle : float
-        Time that is looked at, and before that to come to the attractor, s.
+        Time recorded, and time before that to reach the attractor, s.
     initial_state, perturbation, step
         As in :func:`design.lyapunov_exponents`.
 
@@ -232,7 +231,7 @@ def poincare_section(
     ParameterError, UnknownNameError
         If an argument is not allowed.
     EquilibriumError
-        If there is no running equilibrium to start from (give ``initial_state`` then).
+        If there is no running equilibrium to start from (then give ``initial_state``).
     SimulationError
         If the motion diverges.
 
@@ -255,7 +254,7 @@ def poincare_section(
 
 
 def passages(motion: Motion, section: SectionSurface, duration: float) -> PoincareSection:
-    """Carry a motion on for some time (s) and return its section."""
+    """Continue a motion for some time (s) and return its section."""
     setting = motion.setting
     model = setting.model
     index = model.state_names.index(section.state)
@@ -263,7 +262,9 @@ def passages(motion: Motion, section: SectionSurface, duration: float) -> Poinca
     found: list[tuple[float, Array]] = []
     lowest = highest = motion.state
     total = np.zeros(model.n_states)
-    before = np.empty((0, model.n_states))  # the state before the chunk: its first may be an extreme
+    before = np.empty(
+        (0, model.n_states)
+    )  # the state before the chunk, which may begin with an extreme
     for first in range(0, steps, _CHUNK):
         states = motion.record(min(_CHUNK, steps - first))
         lowest, highest = (
@@ -297,9 +298,9 @@ def passages(motion: Motion, section: SectionSurface, duration: float) -> Poinca
 def _crossings(
     motion: Motion, section: SectionSurface, index: int, states: Array, overlap: int
 ) -> list[tuple[int, float, Array]]:
-    """Return where the surface is passed: the step, the time (s) after it, and the state.
+    """Return the passages of the surface: the step, the time (s) after it, and the state.
 
-    The first ``overlap`` steps have been looked at before.
+    The first ``overlap`` steps were already searched.
     """
     signal = states[:, index]
     if isinstance(section.at, str):
@@ -331,7 +332,7 @@ def _about_minima(signal: Array) -> list[int]:
 
 
 def _located(motion: Motion, height: Callable[[Array], float], state: Array) -> tuple[float, Array]:
-    """Return how long a step (s) from a state must be to end on the surface, and where it ends."""
+    """Return the length of a step (s) from a state to the surface, and the state at its end."""
     from scipy.optimize import brentq
 
     def missed(step: float) -> float:

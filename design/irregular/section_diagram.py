@@ -1,4 +1,4 @@
-"""The bifurcation diagram of a Poincare section: what the motion is like over a parameter."""
+"""Bifurcation diagrams of Poincare sections: the kinds of motion over a parameter."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 Sweep = Literal["up", "down", "apart"]
 
 _SWEEPS = ("up", "down", "apart")
-_NUDGE = 1e-3  # of the model's scale, in every state: leaves what is no longer stable
+_NUDGE = 1e-3  # of the model's scale, in every state, to leave motions that are no longer stable
 
 
 @dataclass(frozen=True)
@@ -37,13 +37,12 @@ class SectionPoint:
     Attributes
     ----------
     sweep : {"up", "down", "apart"}
-        From which side it was come to: from the motion at the value below or above, or from the
-        start that all have.
+        Start of the motion: the motion at the value below or above, or the common start.
     value : float
-        The parameter.
+        Value of the parameter.
     section : PoincareSection
     lyapunov : LyapunovExponents or None
-        Where they were asked for.
+        The exponents, if requested.
     """
 
     sweep: Sweep
@@ -53,10 +52,10 @@ class SectionPoint:
 
     @property
     def kind(self) -> str:
-        """What motion it is, by its section and, where they are known, by its exponents.
+        """Kind of motion by its section and, if known, by its exponents.
 
-        "at rest", "period k" of a motion that comes back after k points of the section, else what the
-        exponents say, and "does not come back" without them.
+        "at rest", or "period k" for a motion that returns after k points of the section; otherwise the
+        kind by the exponents, or "does not come back" without them.
         """
         if self.lyapunov is None or not self.section.moves or self.section.period is not None:
             return self.section.kind
@@ -79,13 +78,13 @@ class SectionDiagram:
     ----------
     model_name : str
     parameter : str
-        What varies.
+        The parameter that varies.
     section : SectionSurface
         The surface.
     points : tuple of SectionPoint
-        In the order in which they were computed.
+        Points in the order in which they were computed.
     ended : tuple of str
-        Why there are fewer than were asked for: for each sweep that ended early, and after an
+        Reasons why there are fewer than requested: for each sweep that ended early, and after an
         interrupt.
     """
 
@@ -143,9 +142,9 @@ class SectionDiagram:
         return "\n".join([*lines, *self.ended])
 
     def plot(self, state: str | None = None, ax: Axes | None = None) -> control.ControlPlot:
-        """Draw a state (that of the section) at the points over the parameter.
+        """Draw a state (by default that of the section) at the points over the parameter.
 
-        In a figure of its own the largest exponent is drawn beneath, where it was computed.
+        In a new figure the largest exponent is drawn beneath, if it was computed.
         """
         from design.irregular.irregular_plots import plot_section_diagram
 
@@ -154,7 +153,7 @@ class SectionDiagram:
 
 @dataclass(frozen=True)
 class _Plan:
-    """What is computed at each value."""
+    """The plan of the computations at each value."""
 
     setting: Setting
     section: SectionSurface
@@ -173,7 +172,7 @@ class _Plan:
         return setting_of(model, speed, radius, cant, whole.inputs)
 
     def point(self, sweep: Sweep, value: float, start: Array) -> SectionPoint:
-        """Return the motion at a value from a state on."""
+        """Return the motion at a value, started from a state."""
         here = self.at(value)
         motion = Motion(here, start, self.step)
         motion.settle(self.settle)
@@ -223,11 +222,11 @@ def section_diagram(
     ----------
     model : Model
     values : array_like
-        Of the parameter, increasing; speeds in m/s.
+        Increasing values of the parameter; speeds in m/s.
     parameter : str
         "speed", "curvature" (1/m), "cant" (rad) or a parameter of the model.
     speed : float, optional
-        m/s; needed where another parameter varies.
+        Speed, m/s; required if another parameter varies.
     radius, cant : float
         Curve radius (m; ``math.inf`` is tangent track) and cant (rad).
     inputs : array_like, shape (n_inputs,), optional
@@ -235,27 +234,27 @@ def section_diagram(
     state, at, direction
         The surface, as in :func:`design.poincare_section`.
     sweeps : sequence of {"up", "down", "apart"}
-        "up" and "down" carry the motion at one value on to the next, which shows where several motions
-        are stable; a small disturbance is added at each. "apart" starts each value anew.
+        "up" and "down" start each value from the motion at the previous one, which shows where several
+        motions are stable; a small disturbance is added at each. "apart" starts each value anew.
     duration, settle : float
-        Time that is looked at, and before that at each value, s.
+        Time recorded at each value, and time before that to settle, s.
     initial_state, perturbation : optional
         As in :func:`design.lyapunov_exponents`, for the first value of a sweep, or for each.
     step : float, optional
-        As there.
+        As in that function.
     exponents : int
-        How many Lyapunov exponents to compute at each value too.
+        Number of Lyapunov exponents to compute at each value as well.
     exponents_over : float
         Time over which these are averaged, s.
     progress : bool
-        Show a progress bar. An interrupt (Ctrl-C) returns what was computed.
+        Show a progress bar. An interrupt (Ctrl-C) returns the results so far.
 
     Raises
     ------
     ParameterError, UnknownNameError
         If an argument is not allowed.
     EquilibriumError
-        If there is no running equilibrium to start the first sweep from (give ``initial_state`` then).
+        If there is no running equilibrium to start the first sweep from (then give ``initial_state``).
     """
     given = _values(values)
     plan = _Plan(
@@ -288,7 +287,7 @@ def _check_sweeps(sweeps: Sequence[Sweep]) -> None:
 
 
 class _Run:
-    """Carries motions from value to value."""
+    """The computation of a diagram, which carries motions from value to value."""
 
     def __init__(
         self,
@@ -311,7 +310,7 @@ class _Run:
         return self.values[::-1] if sweep == "down" else self.values
 
     def go(self, sweep: Sweep, value: float) -> None:
-        """Compute the motion at the next value of a sweep, unless that has ended."""
+        """Compute the motion at the next value of a sweep, unless the sweep has ended."""
         apart = sweep == "apart"
         if not apart and not self._lowest < value < self._highest:
             return
@@ -351,7 +350,7 @@ def _whole(
     inputs: ArrayLike | None,
     values: Array,
 ) -> Setting:
-    """Return the running conditions with the parameter that varies."""
+    """Return the running conditions with the varying parameter."""
     speed, radius, cant = place
     checks.known("parameter", [parameter], [*CONDITIONS, *model.parameters])
     if parameter == "speed":

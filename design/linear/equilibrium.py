@@ -22,13 +22,13 @@ def equilibrium(
 ) -> control.OperatingPoint:
     """Find the running equilibrium at a speed on a curve.
 
-    Followed from tangent track at low speed, as :func:`railenv.find_equilibrium` (which takes
-    the same parameters and raises the same errors) describes.
+    It is followed from tangent track at low speed; see :func:`railenv.find_equilibrium`, which takes
+    the same parameters and raises the same errors.
 
     Returns
     -------
     control.OperatingPoint
-        With ``states``, ``inputs``, ``outputs`` (the states) and, as ``result``, the
+        Point with ``states``, ``inputs``, ``outputs`` (the states) and, as ``result``, the
         :class:`railenv.equilibrium.Equilibrium` with conditions, residual and access by name.
     """
     found = find_equilibrium(

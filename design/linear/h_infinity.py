@@ -1,10 +1,10 @@
 """H-infinity control of a vehicle's lateral motion from its sensors, on python-control and slycot.
 
-What a Kalman filter and a regulator reckon with (irregular track, actuators, noise and drift of the
-readings; motion of the wheelsets and commands) becomes one system from disturbances to weighted motion.
-Beside it there are forces that the model does not foresee: those that wheels and rails of other
-conicity or creep would add to a small motion. The controller keeps the largest gain of the closed loop,
-over all frequencies and directions, below a bound.
+The disturbances of a Kalman filter and the weights of a regulator (irregular track, actuators, noise
+and drift of the readings; motion of the wheelsets and commands) become one system from disturbances to
+weighted motion. To these are added forces that the model does not foresee: those that wheels and rails
+of other conicity or creep would add to a small motion. The controller keeps the largest gain of the
+closed loop, over all frequencies and directions, below a bound.
 
 Theory: K. Zhou, J. C. Doyle, K. Glover: Robust and Optimal Control, Prentice Hall, 1996. The sampled
 model is mapped to continuous time by the bilinear transform, which keeps the norm, and the controller
@@ -34,26 +34,26 @@ from railenv.errors import ParameterError
 Array = NDArray[np.float64]
 
 MOTION = 1.5e-4
-"""m and rad, of the motion to which unforeseen forces belong."""
+"""Size of the motion to which unforeseen forces belong, m and rad."""
 
 ROLL_OFF = 50.0
-"""Hz, above which commands weigh more."""
+"""Frequency above which commands weigh more, Hz."""
 
 SLACK = 1.4
-"""Bound on the norm, as a multiple of the smallest that can be kept."""
+"""Bound on the norm, as a multiple of the smallest achievable one."""
 
-_UNIT = 1e-3  # m or rad, what scales of a model stand for
+_UNIT = 1e-3  # m or rad, the unit of a model's scales
 _RANK = 1e-2  # of singular values that count as a direction of force
-_LOOSE = 1e6  # a bound that any stabilising controller keeps
+_LOOSE = 1e6  # a bound that every stabilising controller keeps
 _RESOLUTION = 0.02  # of the smallest bound, relative
 _STEPS = 12  # of its search
-_EXACT = 1e-3  # by how much a norm may exceed a bound in numbers
+_EXACT = 1e-3  # allowed numerical excess of a norm over a bound
 _AT_THE_BOUND = 4  # of SB10AD, as opposed to its own search
 
 
 @dataclass(frozen=True)
 class UncertainModel:
-    """A sampled lateral model, and how its equations change over ranges of the vehicle's numbers.
+    """A sampled lateral model, and changes of its equations over ranges of the vehicle's numbers.
 
     Attributes
     ----------
@@ -61,12 +61,12 @@ class UncertainModel:
     speed : float
         m/s.
     system : control.StateSpace
-        As of :func:`design.lateral_model`, with sensors; inputs are commands, then alignment of the
+        As from :func:`design.lateral_model`, with sensors; inputs are commands, then alignment of the
         rails under each wheelset.
     prompt : ndarray, shape (n, n_commands)
-        What moments beside the commands do, which come without delay.
+        Effect of moments added to the commands, which act without delay.
     changes : mapping of str to ndarray, shape (n, n)
-        Half of what the system's matrix A changes by from one end of each range to the other.
+        Half of the change of the system's matrix A from one end of each range to the other.
     """
 
     model: Equipped
@@ -91,14 +91,14 @@ def uncertain_model(
     speed : float
         m/s.
     ranges : mapping of str to (float, float)
-        Of numbers of the model, such as ``{"conicity": (0.05, 0.4)}``; may be empty.
+        Ranges of numbers of the model, such as ``{"conicity": (0.05, 0.4)}``; may be empty.
     period : float
         Control period, s.
 
     Raises
     ------
     UnknownNameError
-        If a name is none of the model's.
+        If a name is not one of the model's.
     ParameterError
         If a range is empty, or the model has no actuators.
     """
@@ -130,20 +130,20 @@ class HInfinitySynthesis:
     speed : float
         m/s.
     A, B, C, D : ndarray
-        From the sensors' readings y (SI units, in the order of the model's ``sensor_names``) to the
-        commands u (N m; N of a lateral actuator). Steady readings command nothing.
+        Controller from the sensors' readings y (SI units, in the order of the model's ``sensor_names``)
+        to the commands u (N m; N for a lateral actuator). Steady readings command nothing.
     E : ndarray, shape (n, n_commands)
-        What an applied command does to the states, which are estimates of the lateral model's: a
-        controller that is told what was applied is ``z' = (A - E C) z + (B - E D) y + E u``.
+        Effect of an applied command on the states, which are estimates of the lateral model's: a
+        controller that uses the applied commands is ``z' = (A - E C) z + (B - E D) y + E u``.
     bound : float
-        What the closed loop's norm is below.
+        Bound on the closed loop's norm.
     least : float
-        The smallest bound that was found to be kept by a controller.
+        Smallest bound for which a controller was found.
     norm : float
         Largest singular value of ``closed_loop`` over all frequencies.
     plant, closed_loop : control.StateSpace
-        From disturbances to weighted motion and commands, all in units of their weights; of the plant,
-        commands (shares of the limits) and whitened readings come last.
+        Systems from disturbances to weighted motion and commands, all in units of their weights; in the
+        plant, commands (shares of the limits) and whitened readings come last.
     """
 
     speed: float
@@ -177,14 +177,14 @@ def h_infinity(
     weights : Weights, optional
         Sizes of motion and commands that count the same.
     disturbances : Disturbances, optional
-        What enters, in each period. Offsets drift, so that readings are filtered by
-        ``(z - 1) / (z - b)`` with the b that whitens their noise: what is steady is not fed back.
+        Disturbances in each period. Offsets drift, so readings are filtered by ``(z - 1) / (z - b)``
+        with the b that whitens their noise: steady parts are not fed back.
     motion : float
-        m and rad, of a motion of every coordinate to which wheels and rails at the ends of the ranges
-        add forces that the model does not foresee. These enter as disturbances.
+        Size (m and rad) of a motion of every coordinate, to which wheels and rails at the ends of the
+        ranges add forces that the model does not foresee. These enter as disturbances.
     roll_off : float
-        Hz, from which on commands weigh more, in proportion to frequency: there the loop has to rest,
-        for of delay and actuators little is known.
+        Frequency above which commands weigh more, in proportion to frequency, Hz. The loop must be
+        inactive there because delay and actuators are not known well.
     slack : float
         Bound on the closed loop's norm, as a multiple of the smallest one found; greater than 1.
 
@@ -195,7 +195,7 @@ def h_infinity(
     Raises
     ------
     ParameterError
-        If a value is not allowed, or no controller is found that keeps the bound.
+        If a value is not allowed, or no controller keeps the bound.
     """
     w = Weights() if weights is None else weights
     d = Disturbances() if disturbances is None else disturbances
@@ -223,7 +223,7 @@ def h_infinity(
         )
     A, B, C, D = whitening.before(found)
     limits = uncertain.model.limits
-    # its first states are the plant's, which commands move as they move the plant
+    # its first states are the plant's, on which commands act as on the plant
     E = np.vstack([plant.B[:, -commands:], np.zeros((len(A) - plant.nstates, commands))])
     return HInfinitySynthesis(
         speed=uncertain.speed,
@@ -247,9 +247,9 @@ class _Whitening:
     Attributes
     ----------
     b : ndarray
-        Of each reading.
+        b of each reading.
     gain : ndarray
-        g, per SI unit.
+        g of each reading, per SI unit.
     """
 
     b: Array
@@ -268,7 +268,7 @@ class _Whitening:
         return cls(b, np.sqrt(b) / noise)
 
     def before(self, controller: control.StateSpace) -> tuple[Array, Array, Array, Array]:
-        """Return a controller of whitened readings as one of readings; means are its last states."""
+        """Return a controller of whitened readings as one of readings, with means as last states."""
         n, p = controller.nstates, len(self.b)
         seen = np.diag(self.gain)
         A = np.zeros((n + p, n + p))
@@ -304,7 +304,7 @@ def _plant(
         entering[name] = scale[:, None] * left[:, :count] * values[:count]
     G = np.hstack([*entering.values()])
     q = G.shape[1]
-    # states: the lateral model's, the mean that each filter takes off its reading, the command before
+    # states: the lateral model's, the mean that each filter subtracts, the previous command
     size, lead = n + p + m, 1.0 / (2.0 * math.pi * roll_off * system.dt)
     A = np.zeros((size, size))
     A[:n, :n] = system.A * scale / scale[:, None]
@@ -339,12 +339,12 @@ def _plant(
 
 @dataclass(frozen=True)
 class _Search:
-    """The search for the smallest bound that a controller keeps.
+    """The search for the smallest bound that a controller can keep.
 
     Attributes
     ----------
     sizes : (int, int, int, int, int)
-        Of the plant: states, inputs, outputs, commands, readings.
+        Numbers of the plant's states, inputs, outputs, commands and readings.
     mapped : tuple of ndarray
         A, B, C and D of the plant in continuous time.
     period : float
@@ -358,8 +358,8 @@ class _Search:
     @classmethod
     def of(cls, plant: control.StateSpace, commands: int, readings: int) -> Self:
         n, outputs = plant.nstates, plant.noutputs
-        # SB10AD takes bounds that can be kept for inadmissible unless more disturbances than the
-        # readings' noise enter than there are weighted motions: silent ones are added
+        # SB10AD rejects achievable bounds unless, beside the readings' noise, there are more
+        # disturbances than weighted motions: silent ones are added
         weighted, entering = outputs - readings - commands, plant.ninputs - commands - readings
         silent = max(weighted + 1 - entering, 0)
         B = np.hstack([np.zeros((n, silent)), plant.B])
@@ -375,7 +375,7 @@ class _Search:
             if not math.isfinite(high) or high - low < _RESOLUTION * high:
                 break
             middle = 0.5 * (low + high)
-            # the routine tells that the loop is stable, but not whether it keeps the bound
+            # the routine reports that the loop is stable, but not whether it keeps the bound
             if self._norm(middle) <= (1.0 + _EXACT) * middle:
                 high = middle
             else:

@@ -18,7 +18,7 @@ from railenv.models import Model
 Array = NDArray[np.float64]
 
 CONTROL_PERIOD = 0.005
-"""s, unless a controller or a keyword says otherwise."""
+"""Default control period, s."""
 
 
 def linearize(
@@ -33,9 +33,9 @@ def linearize(
 ) -> control.StateSpace:
     """Linearise a model about a state, by its exact Jacobian.
 
-    A :class:`railenv.Equipped` model brings the dynamics of actuators and sensors with it: its inputs
-    are the commanded moments (before their transport delay, see :func:`discretize`), and its sensors'
-    readings are states.
+    A :class:`railenv.Equipped` model includes the dynamics of actuators and sensors: its inputs are the
+    commanded moments (before their transport delay, see :func:`discretize`), and its sensors' readings
+    are states.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def linearize(
     Returns
     -------
     control.StateSpace
-        Deviations from the state; inputs, states and outputs carry the model's names.
+        Model of deviations from the state; inputs, states and outputs have the model's names.
 
     Raises
     ------
@@ -109,18 +109,18 @@ def discretize(
     Parameters
     ----------
     system : control.StateSpace
-        In continuous time.
+        System in continuous time.
     period : float
         s.
     delay : float
         Transport delay, s.
     delayed : sequence of str, optional
-        Inputs that it delays; all when left out.
+        Inputs with the delay; all when left out.
 
     Returns
     -------
     control.StateSpace
-        In discrete time; inputs and outputs keep their names.
+        System in discrete time; inputs and outputs keep their names.
 
     Raises
     ------
@@ -157,9 +157,9 @@ def discretize(
 def _sampled(
     system: control.StateSpace, late: list[int], period: float, delay: float
 ) -> tuple[Array, Array, int]:
-    """Return A and B over a period, and how many commands of each delayed input are states.
+    """Return A and B over a period, and the number of commands of each delayed input among the states.
 
-    The commands on their way move on by one age a period; each acts on the states at its age.
+    Commands on their way get older by one each period; each acts on the states at its age.
     """
     transition, blocks = held_inputs(system.A, system.B[:, late], period, delay)
     _, (prompt, *_) = held_inputs(system.A, system.B, period, 0.0)
@@ -180,7 +180,7 @@ def _sampled(
 
 
 def held_inputs(A: Array, B: Array, period: float, delay: float) -> tuple[Array, list[Array]]:
-    """Return the transition over a period, and what commands of each age contribute to it.
+    """Return the transition over a period, and the contributions of commands of each age.
 
     Parameters
     ----------

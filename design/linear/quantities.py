@@ -1,4 +1,4 @@
-"""What the numbers of a model mean, and their units: for axes and legends."""
+"""Meanings and units of the numbers of a model, for axes and legends."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Meaning(NamedTuple):
 
 
 def meaning_of(model: Model, parameter: str) -> Meaning:
-    """Return what a parameter of a model means; of equations of one's own only its name is known."""
+    """Return the meaning of a model's parameter; for a user's own equations, only its name."""
     if isinstance(model, Equipped):
         return _of_equipment(model, parameter) or meaning_of(model.plant, parameter)
     record: Any = getattr(model, "vehicle", None) or getattr(model, "record", None)
@@ -36,7 +36,7 @@ def meaning_of(model: Model, parameter: str) -> Meaning:
 
 
 def _of_contact(record: Any, name: str) -> Meaning | None:
-    """Return what a number of a vehicle's contact law means, with its name before it."""
+    """Return the meaning of a number of a vehicle's contact law, after its name."""
     law = getattr(record, "contact", None)
     if law is None or name not in law.number_fields():
         return None

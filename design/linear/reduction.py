@@ -1,8 +1,8 @@
 """Smaller linear models, through slycot: minimal realisations and balanced reductions, names kept.
 
 Entries of a vehicle's matrices span twelve decades (metres against newtons, rail against body). Both
-methods decide by the size of numbers what to leave out, so states, inputs, outputs and time are scaled
-first, and scaled back afterwards.
+methods choose the parts to remove by the size of numbers, so states, inputs, outputs and time are
+scaled first, and scaled back afterwards.
 """
 
 from __future__ import annotations
@@ -20,25 +20,25 @@ from railenv.errors import ParameterError
 Array = NDArray[np.float64]
 
 _TOLERANCE = 1e-8
-_LARGEST_CHANGE = 1e-3  # of the frequency response, relative, by a realisation said to be minimal
+_LARGEST_CHANGE = 1e-3  # of the frequency response, relative, for a minimal realisation
 
 
 def minimal(system: control.StateSpace, *, tolerance: float = _TOLERANCE) -> control.StateSpace:
-    """Leave out what the inputs cannot reach or the outputs cannot show.
+    """Remove states that the inputs cannot reach or the outputs cannot show.
 
-    Such are double modes (of a dual wheelset, both wheelsets hunt alike), vertical motion on tangent
-    track, and the motion of a wheelset that no input drives.
+    Examples are double modes (both wheelsets of a dual wheelset hunt in the same way), vertical motion
+    on tangent track, and the motion of a wheelset that no input drives.
 
     Parameters
     ----------
     system : control.StateSpace
     tolerance : float
-        What counts as zero, relative to the scaled matrices.
+        Size that counts as zero, relative to the scaled matrices.
 
     Returns
     -------
     control.StateSpace
-        Inputs and outputs keep their names; states are combinations of the former.
+        Inputs and outputs keep their names; states are combinations of the original ones.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def transfer_function(system: control.StateSpace) -> control.TransferFunction:
     -------
     control.TransferFunction
         Inputs and outputs keep their names. Roots of polynomials of high degree are ill-conditioned;
-        for numbers, stay with the state-space model.
+        for computations, use the state-space model.
     """
     smallest = minimal(system)
     result = control.ss2tf(smallest)
@@ -113,7 +113,7 @@ def transfer_function(system: control.StateSpace) -> control.TransferFunction:
 
 @dataclass(frozen=True)
 class _Scaled:
-    """A system in units in which its matrices' entries are of like size."""
+    """A system in units in which its matrices' entries have similar sizes."""
 
     system: control.StateSpace
     original: control.StateSpace
@@ -130,7 +130,7 @@ class _Scaled:
         if system.isctime():
             rates = np.abs(np.linalg.eigvals(system.A))
             time = float(np.median(rates[rates > 0.0])) if (rates > 0.0).any() else 1.0
-        # a loop closed around all signals lets balancing find scales for inputs and outputs as well
+        # a loop closed around all signals lets balancing find scales for inputs and outputs too
         loop = np.zeros((n + m + p, n + m + p))
         loop[:n, : n + m] = np.hstack([system.A, system.B]) / time
         loop[n : n + m, n + m :] = 1.0

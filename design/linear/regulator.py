@@ -1,8 +1,8 @@
 """Linear-quadratic regulators and Kalman filters for a vehicle's lateral motion, on python-control.
 
-On tangent track lateral and vertical motion do not see each other in the linear equations, so both work
-on the lateral states alone: all but z and theta of the bodies, with the commands on their way.
-States are scaled before Riccati equations are solved, which they are too stiff for otherwise.
+On tangent track lateral and vertical motion are not coupled in the linear equations, so both use the
+lateral states alone: all but z and theta of the bodies, with the commands on their way. States are
+scaled before Riccati equations are solved, which are too stiff otherwise.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from railenv.errors import ParameterError
 Array = NDArray[np.float64]
 
 _SMALL = 1e-3  # typical deviation, in units of the model's scale of a millimetre or milliradian
-_REGULARIZATION = 1e-9  # on every scaled state, so that the cost sees all of them
+_REGULARIZATION = 1e-9  # on every scaled state, so that the cost contains all of them
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,15 +55,15 @@ class Regulator:
     speed : float
         m/s.
     gain : ndarray, shape (n_commands, n)
-        K, N m (N of a lateral actuator) per SI unit of the states.
+        K, N m (N for a lateral actuator) per SI unit of the states.
     cost : ndarray, shape (n, n)
         P; the sum over all periods of the quadratic cost from a state x is x'Px.
     state_weight, command_weight : ndarray
         Q and R in SI units.
     system : control.StateSpace
-        The sampled lateral model, whose states K and P refer to.
+        The sampled lateral model, to whose states K and P refer.
     multipliers : ndarray
-        Of the closed loop of that model.
+        Multipliers of the closed loop of that model.
     """
 
     speed: float
@@ -79,10 +79,10 @@ _VERTICAL = ("z", "theta", "dz", "dtheta")
 
 
 def lateral_states(model: Equipped, *, sensors: bool) -> list[str]:
-    """Return names of the states of lateral motion and of the actuators (and sensors).
+    """Return the names of the states of lateral motion and of the actuators (and sensors).
 
-    States of force elements are among them. Those of an element that is part of vertical motion only do
-    no harm: nothing lateral moves them.
+    They include states of force elements. Those of an element of vertical motion only are harmless,
+    because nothing lateral moves them.
     """
     left_out = {own[c] for own in model.body_states.values() for c in _VERTICAL if c in own}
     if not sensors:
@@ -118,7 +118,7 @@ def lateral_model(
     Returns
     -------
     control.StateSpace
-        In discrete time; states as in :func:`design.discretize`.
+        Model in discrete time; states are those of :func:`design.discretize`.
     """
     if not getattr(model, "command_names", ()):
         raise ParameterError(f"model is {model!r}; it must be an Equipped vehicle with actuators")
@@ -165,7 +165,7 @@ def lqr(
     Raises
     ------
     ParameterError
-        If the model has no actuators, or no wheelsets whose motion could be weighed.
+        If the model has no actuators, or no wheelsets whose motion could be weighted.
     """
     w = Weights() if weights is None else weights
     system = lateral_model(model, speed=speed, period=period)
@@ -203,21 +203,21 @@ def scales(model: Equipped, system: control.StateSpace) -> Array:
 
 @dataclass(frozen=True, kw_only=True)
 class Disturbances:
-    """What a Kalman filter reckons with; standard deviations in each period.
+    """The disturbances that a Kalman filter assumes; standard deviations in each period.
 
-    Beside these there is a floor on every state, of a variance of 1e-9 in units of 1000 times the
-    model's scale (0.03 mm, 0.03 mrad), which keeps the Riccati equation solvable.
+    Every state also has a floor with a variance of 1e-9 in units of 1000 times the model's scale
+    (0.03 mm, 0.03 mrad), which keeps the Riccati equation solvable.
 
     Attributes
     ----------
     alignment : float
-        Lateral displacement of the rails under each wheelset that has rails as inputs, m.
+        Lateral displacement of the rails under each wheelset with rails as inputs, m.
     moment : float
-        Of each actuator beside its command, as a share of the limit.
+        Moment of each actuator added to its command, as a share of the limit.
     accelerometer, gyro : float, optional
         Noise of the readings, m/s^2 and rad/s; the sensors' own when left out.
     accelerometer_drift, gyro_drift : float
-        Random walk of the readings' offsets, which removes biases and what a curve adds.
+        Random walk of the readings' offsets, which removes biases and the effect of a curve.
     """
 
     alignment: float = 1e-3
@@ -241,7 +241,7 @@ class Observer:
     """A stationary Kalman filter at one speed.
 
     The state estimate z has the lateral model's states, then an offset of each reading. With the
-    innovation ``e = y - C z`` the estimate for now is ``z + M e``, and for the next period
+    innovation ``e = y - C z`` the present estimate is ``z + M e``, and that for the next period
     ``A (z + M e) + B u``.
 
     Attributes
@@ -249,7 +249,7 @@ class Observer:
     speed : float
         m/s.
     A, B, C : ndarray
-        Of the lateral model with offsets, SI units.
+        Matrices of the lateral model with offsets, SI units.
     M : ndarray
         Gain of the filter, SI units.
     system : control.StateSpace
@@ -295,7 +295,7 @@ def kalman(
     A[:n, :n] = system.A
     B = np.vstack([system.B[:, :m], np.zeros((p, m))])
     C = np.hstack([system.C, np.eye(p)])
-    # what enters: rails, actuators, and drifts of the readings' offsets, accelerometer and gyro in turn
+    # inputs: rails, actuators, and drifts of the readings' offsets, accelerometer and gyro in turn
     drift = np.tile([d.accelerometer_drift, d.gyro_drift], p // 2)
     G = np.zeros((n + p, r + m + p))
     G[:n, :r] = d.alignment * system.B[:, m:]
@@ -313,12 +313,12 @@ def kalman(
 
 
 def sensor_noise(model: Equipped, disturbances: Disturbances) -> Array:
-    """Return the noise that a filter reckons with in each reading, in the order of the sensors."""
+    """Return the noise that a filter assumes in each reading, in the order of the sensors."""
     d, s = disturbances, model.sensors
     pair = [_noise(d.accelerometer, s.accelerometer_noise), _noise(d.gyro, s.gyro_noise)]
     return np.tile(pair, len(model.sensor_names) // 2)
 
 
 def _noise(given: float | None, own: float) -> float:
-    """Return the noise to reckon with; of ideal sensors a little, for the filter divides by it."""
+    """Return the assumed noise; small for ideal sensors, because the filter divides by it."""
     return max(own, 1e-6) if given is None else given

@@ -1,1 +1,1 @@
-"""Closed loops with sampled controllers: what a controller is, the map over a period, margins."""
+"""Closed loops with sampled controllers: their interface, the map over a period, margins."""

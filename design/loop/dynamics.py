@@ -1,4 +1,4 @@
-"""What stability is judged by at an equilibrium: the vehicle alone, or under a sampled controller."""
+"""Linear dynamics at an equilibrium: of the vehicle alone, or under a sampled controller."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Dynamics(Protocol):
 
     @property
     def period(self) -> float | None:
-        """Control period, s; None for a vehicle alone."""
+        """Return the control period, s; None for a vehicle alone."""
 
     def matrix_at(self, point: Point, conditions: Conditions) -> Array:
         """Return the matrix of the linear system: of its rates, or of its map over a period."""
@@ -57,12 +57,12 @@ class OpenLoop:
 def dynamics(model: Model, controller: Any | None, period: float | None, memory: int = 0) -> Dynamics:
     """Return the dynamics of a model, alone (controller None) or sampled under a controller.
 
-    ``memory`` is for how many periods commands are states of the sampled map at least.
+    ``memory`` is the least number of periods for which commands are states of the sampled map.
 
     Raises
     ------
     ParameterError
-        If a period is given without a controller, or the controller does not suit the model.
+        If a period is given without a controller, or the controller does not fit the model.
     """
     if controller is None:
         if period is not None:

@@ -1,7 +1,7 @@
-"""Sampled controllers as the analysis of their closed loop sees them: linear, about an equilibrium.
+"""Sampled controllers in the analysis of their closed loops: linear, about an equilibrium.
 
-A controller reads signals at the start of each control period and gives commands, which are held until
-the next. Signals are the states of the model (among them the sensors' readings ``accel_b``,
+A controller reads signals at the start of each control period and returns commands, held until
+the next. Signals are the states of the model (including the sensors' readings ``accel_b``,
 ``gyro_b``), commands given before (``command_b[-1]`` is the latest), the running conditions
 ``speed``, ``curvature``, ``cant`` and ``cant_deficiency`` (rad), and the vehicle's own numbers, such as
 ``conicity``. All are in SI units.
@@ -35,7 +35,7 @@ _SETTLED = 1e-9  # of the commands (of 1 N m below that)
 
 @runtime_checkable
 class Feedback(Protocol):
-    """What the analysis of a closed loop asks of a controller."""
+    """The interface of a controller for the analysis of its closed loop."""
 
     @property
     def period(self) -> float:
@@ -50,23 +50,23 @@ class Feedback(Protocol):
         """Names of the model's inputs that it commands."""
 
     def steady(self, signals: Array) -> Array:
-        """Return the commands (N m) that it settles at when the signals never change."""
+        """Return the commands (N m) at which it settles under constant signals."""
 
     def linearize(self, signals: Array) -> control.StateSpace:
-        """Return its linearisation, in discrete time, about being settled at some signals."""
+        """Return its linearisation, in discrete time, about rest at some signals."""
 
 
 @dataclass(frozen=True)
 class LinearFeedback:
     """A linear controller that acts on deviations of signals from the vehicle's own equilibrium.
 
-    It commands nothing at that equilibrium, so the closed loop has the same.
+    It commands nothing at that equilibrium, so the closed loop has the same one.
 
     Attributes
     ----------
     system : control.StateSpace
-        In discrete time, with the signals' and the commands' names. Commands are its outputs as they
-        are: negative feedback has a negative gain.
+        System in discrete time, with the names of the signals and the commands. Its outputs are the
+        commands themselves: negative feedback has a negative gain.
     """
 
     system: control.StateSpace
@@ -111,7 +111,7 @@ class StaticFeedback:
     function : callable
         Takes the signals (ndarray, shape (n_signals,)) and returns the commands, N m.
     jacobian : callable
-        Takes the same and returns the derivatives, shape (n_commands, n_signals).
+        Takes the signals and returns the derivatives, shape (n_commands, n_signals).
     input_labels, output_labels : sequence of str
         Names of the signals and of the commands.
     period : float
@@ -139,7 +139,7 @@ class StaticFeedback:
 class ScaledFeedback:
     """A controller whose commands are multiplied by a factor on their way to the actuators.
 
-    It does not know of the factor: past commands that it reads are those that it gave itself.
+    It does not know the factor: past commands that it reads are those before the factor.
 
     Attributes
     ----------
@@ -160,7 +160,7 @@ class ScaledFeedback:
 
     @property
     def input_labels(self) -> list[str]:
-        """Names of the signals it reads; its past commands it remembers."""
+        """Names of the signals it reads, without its past commands, which it remembers."""
         return [name for name in self.feedback.input_labels if age_of(name) is None]
 
     @property
@@ -169,7 +169,7 @@ class ScaledFeedback:
         return list(self.feedback.output_labels)
 
     def steady(self, signals: Array) -> Array:
-        """Return the commands (N m) that it settles at, by Newton's method where it reads past ones."""
+        """Return the commands (N m) at which it settles, by Newton's method if it reads past ones."""
         return self.factor * self._commands(signals)
 
     def linearize(self, signals: Array) -> control.StateSpace:
@@ -188,14 +188,14 @@ class ScaledFeedback:
         )
 
     def _all_signals(self, signals: Array, commands: Array) -> Array:
-        """Put steady commands where the controller reads past ones."""
+        """Return the signals with steady commands in place of past ones."""
         given = iter(signals)
         names = self.output_labels
         ages = [age_of(name) for name in self.feedback.input_labels]
         return np.array([next(given) if a is None else commands[names.index(a[0])] for a in ages])
 
     def _commands(self, signals: Array) -> Array:
-        """Return the commands before the factor that repeat themselves."""
+        """Return the commands, before the factor, that reproduce themselves."""
         commands = np.zeros(len(self.output_labels))
         read = [age_of(name) for name in self.feedback.input_labels]
         if not any(read):
@@ -246,7 +246,7 @@ def with_memory(system: control.StateSpace) -> control.StateSpace:
 
 
 def steady_gain(controller: control.StateSpace) -> Array:
-    """Return what steady signals make of steady commands, shape (n_commands, n_signals)."""
+    """Return the gain from steady signals to steady commands, shape (n_commands, n_signals)."""
     if controller.nstates == 0:
         return np.asarray(controller.D)
     inner = np.eye(controller.nstates) - controller.A
@@ -254,23 +254,23 @@ def steady_gain(controller: control.StateSpace) -> Array:
 
 
 def as_feedback(controller: Any, model: Model, period: float | None = None) -> Feedback:
-    """Return a controller as the analysis of closed loops takes it.
+    """Return a controller in the form for the analysis of closed loops.
 
     Parameters
     ----------
     controller : array_like, control.StateSpace or Feedback
         A matrix K is the state feedback ``u = -K (x - x_0)`` of python-control's ``lqr``, from the
         states of an equipped model, or from those and the commands on their way, in the order of
-        :func:`design.discretize`. A linear system acts on deviations from the equilibrium and carries
-        the names of signals and commands.
+        :func:`design.discretize`. A linear system acts on deviations from the equilibrium and has the
+        names of signals and commands.
     model : Model
     period : float, optional
-        s; needed only where the controller does not have its own (0.005 s when left out).
+        Control period, s, if the controller does not have its own; 0.005 s when left out.
 
     Raises
     ------
     ParameterError
-        If it is none of these or its size is another.
+        If it is none of these or its size is wrong.
     UnknownNameError
         If it reads a signal or commands an input that the model does not have.
     """

@@ -1,4 +1,4 @@
-"""How stability margins are drawn: Nyquist's curves with the disk that they keep clear of."""
+"""Drawings of stability margins: Nyquist curves with the disk that they avoid."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _SMALLEST_VIEW, _LARGEST_VIEW = 1.6, 6.0  # of the negative real axis
 
 
 def plot_margins(margins: Margins, ax: Axes | None = None) -> control.ControlPlot:
-    """Draw the loop of each channel in Nyquist's plane, with -1, the unit circle and the disk.
+    """Draw the loop of each channel in the Nyquist plane, with -1, the unit circle and the disk.
 
     An unstable closed loop has no margins; its multipliers are drawn instead.
     """
@@ -31,7 +31,7 @@ def plot_margins(margins: Margins, ax: Axes | None = None) -> control.ControlPlo
         angle = np.linspace(0.0, 2.0 * math.pi, 361)
         ax.plot(np.cos(angle), np.sin(angle), color=_DARK, lw=0.8, ls=":", label="unit circle")
         for k, channel in enumerate(margins.channels):
-            _channel(channel, SERIES[k % len(SERIES)], "--" if k else "-", ax)  # they may be alike
+            _channel(channel, SERIES[k % len(SERIES)], "--" if k else "-", ax)  # they may coincide
         ax.plot(-1.0, 0.0, "+", color=UNSTABLE, ms=11, mew=2.2, label="−1, the edge of stability")
         lower = [1.2 / c.gain_reduction for c in margins.channels if c.gain_reduction > 0.0]
         reach = max([_SMALLEST_VIEW, *(x for x in lower if x < _LARGEST_VIEW)])

@@ -1,4 +1,4 @@
-"""Stability margins of a sampled closed loop: how much gain, phase and delay it bears."""
+"""Stability margins of a sampled closed loop in gain, phase and delay."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 LONGEST_DELAY = 0.2
-"""s, the additional delay up to which the delay margin is searched unless told otherwise."""
+"""Default limit of the search for the delay margin: additional delay, s."""
 
 _GRID, _NEAR = 1200, 41  # frequencies over the whole range, and about each resonance
 _LOWEST = 1e-4  # of Nyquist's frequency
@@ -34,28 +34,28 @@ _ROOT = 1e-12  # of a frequency
 
 @dataclass(frozen=True)
 class ChannelMargins:
-    """Margins of one command, the other loops closed.
+    """Margins of one command, with the other loops closed.
 
     Attributes
     ----------
     channel : str
         The command.
     gain_margin : float
-        Factor by which the gain may grow before stability is lost; ``math.inf`` if by any.
+        Factor by which the gain may grow before stability is lost; ``math.inf`` if there is no limit.
     gain_reduction : float
         Factor to which it may fall; 0 if the loop is stable without this command.
     phase_margin : float
-        rad, of lag or lead; ``math.inf`` if no phase makes the loop unstable.
+        Phase lag or lead, rad; ``math.inf`` if no phase makes the loop unstable.
     gain_frequency, reduction_frequency, phase_frequency : float or None
-        Hz, of the oscillation that begins there.
+        Frequency of the oscillation that begins there, Hz.
     disk_margin : float
         Balanced disk margin: gain and phase may vary together by the disk of this size.
     disk_gain_margin : float
         Factor by which the gain may grow or shrink within the disk.
     disk_phase_margin : float
-        rad, within the disk.
+        Phase within the disk, rad.
     disk_frequency : float
-        Hz, where the loop is closest to instability.
+        Frequency where the loop is closest to instability, Hz.
     loop : control.StateSpace
         Its loop transfer function, for negative feedback.
     """
@@ -96,9 +96,9 @@ class Margins:
     closed_loop : ClosedLoop
         The loop, with its least damped mode.
     delay : float
-        Transport delay that the loop has, s.
+        Transport delay of the loop, s.
     channels : tuple of ChannelMargins
-        Of each command; empty where the closed loop is unstable.
+        Margins of each command; empty if the closed loop is unstable.
     disk_margin, disk_gain_margin, disk_phase_margin : float or None
         As in ChannelMargins (factor, rad), but all commands vary at once, independently of each other.
     disk_frequency : float or None
@@ -107,9 +107,9 @@ class Margins:
         Additional transport delay (s) of all commands at which stability is lost; None if there is none
         up to ``longest_delay``, or the loop is unstable.
     delay_frequency : float or None
-        Hz, of the oscillation that begins there.
+        Frequency of the oscillation that begins there, Hz.
     longest_delay : float
-        Additional delay up to which was searched, s.
+        Limit of the search: additional delay, s.
     """
 
     closed_loop: ClosedLoop
@@ -190,7 +190,7 @@ class Margins:
         }
 
     def plot(self, ax: Axes | None = None) -> control.ControlPlot:
-        """Draw Nyquist's curves of the channels, with the disk that they keep clear of."""
+        """Draw the Nyquist curves of the channels, with the disk that they avoid."""
         from design.loop.margin_plots import plot_margins
 
         return plot_margins(self, ax)
@@ -210,11 +210,11 @@ def margins(
 ) -> Margins:
     """Compute the stability margins of a vehicle under a sampled controller, about their equilibrium.
 
-    Each command is opened between controller and actuator, the others stay closed. Gain and phase
-    margins are where the frequency response of the exact discrete loop, in state space, crosses the
-    negative real axis and the unit circle. Disk margins are those of ``control.disk_margins``. The
-    delay margin comes from the map over a period itself: the delay grows from nothing until a
-    multiplier leaves the unit circle.
+    Each command is opened between controller and actuator, while the others stay closed. Gain and
+    phase margins are taken where the frequency response of the exact discrete loop, in state space,
+    crosses the negative real axis and the unit circle. Disk margins are those of
+    ``control.disk_margins``. The delay margin comes from the map over a period: the delay grows from 0
+    until a multiplier leaves the unit circle.
 
     Parameters
     ----------
@@ -279,7 +279,7 @@ def response(loop: control.StateSpace, omega: Array) -> Complex:
 
 
 def frequencies(opened: control.StateSpace) -> Array:
-    """Return frequencies (rad/s) up to Nyquist's, dense about resonances of open and closed loop."""
+    """Return frequencies (rad/s) up to Nyquist's, dense around resonances of open and closed loop."""
     period = float(opened.dt)
     nyquist = math.pi / period
     chosen = [np.geomspace(_LOWEST, 1.0, _GRID) * nyquist, np.linspace(0.0, nyquist, _GRID)[1:-1]]
@@ -294,7 +294,7 @@ def frequencies(opened: control.StateSpace) -> Array:
 
 
 def _others_closed(loop: control.StateSpace, name: str) -> control.StateSpace:
-    """Return the loop of one command with negative feedback around all others (there is no D)."""
+    """Return the loop of one command with negative feedback around all others (without D)."""
     names = list(loop.output_labels)
     k = names.index(name)
     rest = [i for i in range(len(names)) if i != k]
@@ -305,7 +305,7 @@ def _others_closed(loop: control.StateSpace, name: str) -> control.StateSpace:
 def _channel(opened: control.StateSpace, name: str, omega: Array) -> ChannelMargins:
     loop = _others_closed(opened, name)
     w_gain = _crossings(loop, omega, lambda value: value.imag)
-    w_gain = np.concatenate([w_gain, [0.0, math.pi / loop.dt]])  # at the ends too it is real
+    w_gain = np.concatenate([w_gain, [0.0, math.pi / loop.dt]])  # it is also real at the ends
     at = response(loop, w_gain)[:, 0, 0].real
     w_gain, gains = w_gain[at < 0.0], -1.0 / at[at < 0.0]
     up = _nearest(gains, w_gain, gains > 1.0, min, math.inf)
@@ -374,7 +374,7 @@ def _delay_margin(
 
     def multipliers(extra: float) -> Complex:
         late = SampledDynamics(sampled.model, sampled.feedback, delay=sampled.delay + extra)
-        return np.linalg.eigvals(late.matrix(*about)).astype(complex)  # no delay moves it
+        return np.linalg.eigvals(late.matrix(*about)).astype(complex)  # the delay does not change it
 
     def excess(extra: float) -> float:
         return float(np.abs(multipliers(extra)).max()) - 1.0

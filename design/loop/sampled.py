@@ -1,9 +1,9 @@
-"""Sampled-data closed loop: a vehicle with a controller that acts once per control period.
+"""Sampled-data closed loops: a vehicle with a controller that acts once per control period.
 
 The motion over one period is a map of (states, commands on their way, controller's states). Between
 samples the vehicle is in continuous time: its part of the map is the exact transition of the linear
-equations, with the delay of the actuator exactly where it falls within the period. The closed loop is
-stable where the map's eigenvalues, its multipliers, lie within the unit circle.
+equations, with the actuator's delay at its exact place within the period. The closed loop is
+stable if the map's eigenvalues, its multipliers, lie within the unit circle.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-_STEADY = 1e-9  # of a command's typical size, what counts as settled
+_STEADY = 1e-9  # of a command's typical size: change that counts as settled
 _SETTLED = 1e-6  # last change of a state, in units of the model's scale
 _NEWTON_STEPS = 20
-_SMALLEST_MULTIPLIER = 1e-12  # what the map forgets within a period
+_SMALLEST_MULTIPLIER = 1e-12  # forgotten by the map within a period
 
 
 @dataclass(frozen=True)
@@ -174,14 +174,14 @@ def open_loop(
 ) -> control.StateSpace:
     """Open the loop of a vehicle and a controller at the commands, about their common equilibrium.
 
-    Parameters are those of :func:`closed_loop`, as are the errors.
+    Parameters and errors are those of :func:`closed_loop`.
 
     Returns
     -------
     control.StateSpace
-        L in discrete time, from commands to minus commands: the closed loop is ``1 + L``, as
-        python-control's ``margin`` and ``root_locus_map`` take it. Past commands that the controller
-        reads are those that it gave itself.
+        L in discrete time, from commands to minus commands: the closed loop is ``1 + L``, as in
+        python-control's ``margin`` and ``root_locus_map``. Past commands that the controller reads are
+        its own.
     """
     dynamics = SampledDynamics(model, controller, period=period, delay=delay)
     return dynamics.loop(*dynamics.settled(speed, radius, cant))
@@ -208,8 +208,8 @@ class Settled(NamedTuple):
 class SampledDynamics:
     """The map over one control period along a branch of equilibria, for searches and loci.
 
-    Parameters are those of :func:`closed_loop`, and ``memory``: for how many periods commands are
-    states of the map at least, so that maps for different delays have the same size.
+    Parameters are those of :func:`closed_loop`, and ``memory``: the least number of periods for which
+    commands are states of the map, so that maps for different delays have the same size.
     """
 
     def __init__(
@@ -239,11 +239,11 @@ class SampledDynamics:
 
     @property
     def memory(self) -> int:
-        """For how many periods commands are states of the map."""
+        """Number of periods for which commands are states of the map."""
         return self._ages
 
     def _selected(self) -> Array:
-        """Return the matrix that picks the controller's signals from states and past commands."""
+        """Return the matrix that selects the controller's signals from states and past commands."""
         m = len(self._commands)
         n = self.model.n_states
         matrix = np.zeros((len(self.feedback.input_labels), n + m * self._ages))
@@ -294,7 +294,7 @@ class SampledDynamics:
     ) -> tuple[Array, Array, Array]:
         """Find the equilibrium under the controller by Newton's method, from the vehicle's own.
 
-        Returns state, commands and the model's full Jacobian there.
+        Return state, commands and the model's full Jacobian there.
 
         Raises
         ------
@@ -322,7 +322,7 @@ class SampledDynamics:
             residual = np.concatenate([self._evaluator.rhs(), excess])
             try:
                 change = np.linalg.solve(matrix, residual)
-            except np.linalg.LinAlgError:  # where wheels have lifted, nothing holds the vehicle
+            except np.linalg.LinAlgError:  # if wheels have lifted, nothing holds the vehicle
                 break
             state, commands = state - change[:n], commands - change[n:]
             settled = bool(np.abs(change[:n] / self._scale).max() < _SETTLED)
@@ -336,7 +336,7 @@ class SampledDynamics:
         )
 
     def _typical_commands(self) -> Array:
-        """Return the limits of the actuators that are commanded; 1 for inputs of other kinds."""
+        """Return the limits of the commanded actuators; 1 for inputs of other kinds."""
         model, known = self.model, {}
         if isinstance(model, Equipped):
             known = dict(zip(model.command_names, model.limits.tolist(), strict=True))
@@ -349,7 +349,7 @@ class SampledDynamics:
         transition, effects, controller = self._parts(state, commands, jacobian, conditions)
         n, m, ages = len(transition), len(self._commands), self._ages
         sees = self._selection
-        now = controller.D @ sees  # the command that states and past commands ask for
+        now = controller.D @ sees  # the command for the states and past commands
         k = controller.nstates
         A = np.zeros((n + m * ages + k,) * 2)
         A[:n, :n] = transition
@@ -406,9 +406,9 @@ class SampledDynamics:
     ) -> control.StateSpace:
         """Return the open loop at an equilibrium, for negative feedback around it.
 
-        From deviations of what the actuators are told (before the transport delay) to minus those of
-        what the controller tells them, both with the commands' names. Past commands that the
-        controller reads are those that it gave itself.
+        It leads from deviations of the commands at the actuators (before the transport delay) to minus
+        those of the controller's commands, both with the commands' names. Past commands that the
+        controller reads are its own.
         """
         n, names = self.model.n_states, list(self.feedback.output_labels)
         plant = control.ss(

@@ -1,4 +1,4 @@
-"""How a sampled closed loop is drawn."""
+"""Drawings of a sampled closed loop."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""The reproduction report: every result of the paper, computed again, beside what the paper prints.
+"""The reproduction report: every result of the paper, computed again, beside the printed one.
 
 A report is a list of :class:`Section` objects. Each names the :class:`Piece` objects (computations)
-that it needs, and turns their results into text, figures and tables. :func:`reproduce` computes what
-is missing and writes the report. To add a section, write a subclass of :class:`Section` and put it into
-the list that :func:`reproduce` is given (:func:`design.reproduction.sections.whole_report`).
+that it needs, and turns their results into text, figures and tables. :func:`reproduce` computes missing
+pieces and writes the report. To add a section, write a subclass of :class:`Section` and put it into the
+list for :func:`reproduce` (:func:`design.reproduction.sections.whole_report`).
 """
 
 from design.reproduction.run import Interrupted, Report, reproduce

@@ -1,4 +1,4 @@
-"""The whole coach beside its bogie under a body at rest: what claims on the body are judged by."""
+"""The whole coach beside its bogie under a body at rest, for the claims on the body."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LOW_SPEED = 20.0
 """m/s, far below any critical speed."""
 
 LOW_CONICITY = 0.02
-"""Of wheels on which the coach's body hunts."""
+"""Conicity of wheels on which the coach's body hunts."""
 
 DAMPING = (0.0, 0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
 """Secondary lateral damping, as multiples of the coach's own."""
@@ -30,7 +30,7 @@ def body_moves() -> Piece:
 
 
 def body_damping() -> Piece:
-    """Return where the coach on low conicity hunts, over its secondary lateral damping."""
+    """Return the speeds at which the coach on low conicity hunts, over its secondary damping."""
     vehicle = COACH.vehicle.replace(conicity=LOW_CONICITY)
     inputs = {"vehicle": vehicle, "factors": list(DAMPING)}
     return Piece("body-damping", over_damping, inputs, "body hunting over damping")
@@ -55,7 +55,7 @@ def beside_body_at_rest(vehicle: Vehicle, low_speed: float) -> dict[str, dict[st
 
 
 def over_damping(vehicle: Vehicle, factors: Sequence[float]) -> list[dict[str, Any]]:
-    """Find where a whole vehicle starts to hunt with multiples of its secondary lateral damping.
+    """Find the speeds at which a vehicle starts to hunt with multiples of its secondary damping.
 
     Returns
     -------

@@ -60,7 +60,7 @@ class Case:
 
     @property
     def printed(self) -> paper.Printed:
-        """What the paper prints of this model."""
+        """The paper's printed results for this model."""
         return PRINTED[self.kind]
 
 

@@ -1,7 +1,7 @@
-"""The paper's claims, each with what the computations say of it, for each vehicle.
+"""The paper's claims, each with the findings of the computations for each vehicle.
 
-A claim is a function of :class:`Evidence`. It works out numbers, verdicts and the reason from results;
-the only numbers written here are tolerances. What the paper prints is in
+A claim is a function of :class:`Evidence`. It derives numbers, verdicts and the reason from results;
+the only numbers written here are tolerances. The printed results are in
 :mod:`design.reproduction.paper`.
 """
 
@@ -20,16 +20,16 @@ from railenv.vehicles import Vehicle
 Verdict = Literal["agrees", "differs", "open"]
 
 FREQUENCY_TOLERANCE = 0.05
-"""Hz; the paper's two main frequencies differ by 0.046 Hz, so its spectra resolve about this."""
+"""Hz; the paper's two main frequencies differ by 0.046 Hz, about the resolution of its spectra."""
 
 ERROR_TOLERANCE = 0.01
-"""Within which a relative difference of speeds equals the one printed."""
+"""Tolerance within which a relative difference of speeds equals the printed one."""
 
 CHANGE_TOLERANCE = 1e-3
-"""Relative change of a critical speed from one radius to the next that counts as none."""
+"""Relative change of a critical speed from one radius to the next that counts as zero."""
 
 EQUAL = 0.02
-"""Relative difference of two motions that is too small to tell which is larger."""
+"""Relative difference below which two motions count as equal."""
 
 MOST = 0.9
 """Share of the points of a diagram at which a rule must hold for the claim to agree."""
@@ -50,14 +50,14 @@ differs from the exact theory by half of it."""
 
 @dataclass(frozen=True)
 class Finding:
-    """What the computations say of a claim for one vehicle.
+    """The finding of the computations about a claim for one vehicle.
 
     Attributes
     ----------
     text : str
-        Our numbers.
+        Computed numbers.
     verdict : {"agrees", "differs", "open"}
-        "open": the vehicle has nothing that the claim could be compared with.
+        "open": the vehicle has nothing to compare with the claim.
     """
 
     text: str
@@ -72,14 +72,14 @@ class Claim:
     ----------
     key : str
     source : str
-        Where in the paper.
+        Place in the paper.
     short : str
         The statement in a few words.
     statement : str
     printed : str
-        What the paper prints.
+        Printed result.
     findings : dict of str to Finding
-        By the name of the vehicle.
+        Findings by the name of the vehicle.
     why : str
         Reason, from the same computations.
     """
@@ -95,21 +95,21 @@ class Claim:
 
 @dataclass(frozen=True)
 class Evidence:
-    """Results of pieces, by the case that they belong to."""
+    """Results of pieces, by their cases."""
 
     data: Data
     settings: Settings
 
     def speeds(self, case: Case) -> dict[str, Any]:
-        """Critical speeds of a case."""
+        """Return the critical speeds of a case."""
         return self.data[pieces.critical_speeds(case).name]
 
     def on_curve(self, case: Case) -> Any:
-        """Critical speed on the curve of Figs 6 to 9."""
+        """Return the critical speed on the curve of Figs 6 to 9."""
         return self.speeds(case)["listed"][pieces.LISTED_RADII.index(paper.RADIUS)]
 
     def motion(self, case: Case, speed: float) -> dict[str, Any]:
-        """Motion at one of the paper's speeds."""
+        """Return the motion at one of the paper's speeds."""
         return self.data[pieces.motion(case, speed).name]
 
 
@@ -122,6 +122,6 @@ def cases_of(kind: ModelName) -> tuple[Case, ...]:
 
 
 def counts(claims: Iterable[Claim], vehicle: Vehicle) -> tuple[int, int, int]:
-    """Return how many claims agree, differ and stay open for a vehicle."""
+    """Return the numbers of claims that agree, differ and stay open for a vehicle."""
     verdicts = [c.findings[vehicle.name].verdict for c in claims]
     return verdicts.count("agrees"), verdicts.count("differs"), verdicts.count("open")

@@ -1,4 +1,4 @@
-"""Claims about the car body: what it does to the motion, and what cures its hunting (section 4.4)."""
+"""Claims about the car body: its effect on the motion, and the cure of its hunting (section 4.4)."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def _better(before: dict[str, Any], after: dict[str, Any]) -> bool:
 
 
 def _told(found: list[dict[str, Any]]) -> str:
-    """Say with which multiples of the coach's damping body or bogies hunt, and from what speed."""
+    """Describe which multiples of the coach's damping make body or bogies hunt, and from what speed."""
     parts = [
         f"{factor:g}: {'body' if _body_hunts(one) else 'bogies'} from {one['speed']:.0f} m/s"
         for factor, one in zip(DAMPING, found, strict=True)
@@ -93,7 +93,7 @@ def _told(found: list[dict[str, Any]]) -> str:
 
 
 def _best(found: list[dict[str, Any]]) -> float:
-    """Return the multiple of the coach's damping with which it hunts last."""
+    """Return the multiple of the coach's damping with the highest hunting speed."""
     speeds = [math.inf if one["speed"] is None else one["speed"] for one in found]
     return DAMPING[speeds.index(max(speeds))]
 
@@ -103,5 +103,5 @@ BODY_RULES: tuple[Rule, ...] = (body_does_not_matter, damping_cures_body_hunting
 
 
 def body_pieces() -> tuple[Piece, ...]:
-    """Return what these claims need computed."""
+    """Return the computations for these claims."""
     return (body_moves(), body_damping())

@@ -49,7 +49,7 @@ def agrees_with_simplified_theory(evidence: Evidence) -> Claim:
 
 
 def fails_at_high_spin(evidence: Evidence) -> Claim:
-    """Claim that the heuristic law is no good at high spin; taken at the spin of a flange contact."""
+    """Claim that the heuristic law fails at high spin; taken at the spin of a flange contact."""
     findings = {}
     shares = []
     for case in cases_of("bogie"):
@@ -88,5 +88,5 @@ CREEP_RULES: tuple[Rule, ...] = (agrees_with_simplified_theory, fails_at_high_sp
 
 
 def creep_pieces() -> tuple[Piece, ...]:
-    """Return what these claims need computed."""
+    """Return the computations for these claims."""
     return tuple(creep_laws(case) for case in cases_of("bogie"))

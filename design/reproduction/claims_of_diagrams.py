@@ -1,4 +1,4 @@
-"""Claims about bifurcation diagrams and limit cycles: those that take the whole report."""
+"""Claims about bifurcation diagrams and limit cycles, which need the whole report."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _FIGURES = {"bogie": "Fig 10", "dual_wheelset": "Fig 11"}
 
 
 START = -1
-"""Of the two starts of a diagram, the large disturbance: it finds hunting that grows slowly, too."""
+"""Index of a diagram's large disturbance, which also finds hunting that grows slowly."""
 
 
 def amplitude(found: SimulatedDiagram) -> Any:
@@ -36,7 +36,7 @@ def largest(found: SimulatedDiagram) -> Any:
 
 
 def on_track(found: SimulatedDiagram, case: Case) -> Any:
-    """Tell where the wheelset stays within two flange clearances, shape (n_radii, n_speeds)."""
+    """Return where the wheelset stays within two flange clearances, shape (n_radii, n_speeds)."""
     with np.errstate(invalid="ignore"):
         return largest(found) < 2.0 * case.vehicle.flange_clearance
 
@@ -85,9 +85,9 @@ def larger_on_tighter(kind: ModelName) -> Rule:
 
 
 def _shares_growing(found: SimulatedDiagram, case: Case) -> tuple[float, float, float]:
-    """Return in which share of pairs of neighbouring curves, at one speed, the tighter one has more.
+    """Return the share of pairs of neighbouring curves, at one speed, with more on the tighter one.
 
-    Of all pairs, of those at rest, and of those hunting on both.
+    There are three shares: of all pairs, of those at rest, and of those hunting on both.
     """
     order = np.argsort(found.radius)
     y, size, inside = (v[order] for v in (largest(found), amplitude(found), on_track(found, case)))
@@ -202,7 +202,7 @@ def frequency_in_bracket(kind: ModelName) -> Rule:
             inside = any(printed.steady <= v <= printed.hunting for v in speeds)
             text = "at " + ", ".join(f"{v:.1f}" for v in speeds) + " m/s" if speeds else "at no speed"
             text += f", up to {found['branch'].speed.max():.0f} m/s"
-            short = found["branch"].speed.max() < printed.steady  # the branch was not followed so far
+            short = found["branch"].speed.max() < printed.steady  # the branch was not followed that far
             outside: Verdict = "open" if short else "differs"
             findings[case.vehicle.name] = Finding(text, "agrees" if inside else outside)
         return Claim(
@@ -244,7 +244,7 @@ FURTHER_RULES: tuple[Rule, ...] = (
 
 
 def further_pieces(settings: Settings) -> tuple[Piece, ...]:
-    """Return what these claims need computed."""
+    """Return the computations for these claims."""
     return tuple(
         piece
         for case in CASES

@@ -69,7 +69,7 @@ def _motion_claim(
 
 
 def describe(found: dict[str, Any], case: Case) -> str:
-    """Say in some words how a motion ends."""
+    """Describe the end of a motion in a few words."""
     if found["hunts"]:
         frequency = found["spectrum"].main_frequency
         return f"hunts, {1e3 * found['amplitude']:.1f} mm at {frequency:.2f} Hz"
@@ -450,7 +450,7 @@ FIRST_RULES: tuple[Rule, ...] = (
 
 
 def first_pieces() -> tuple[Piece, ...]:
-    """Return what these claims need computed."""
+    """Return the computations for these claims."""
     found = []
     for case in CASES:
         found += [

@@ -1,8 +1,7 @@
 """Results as plain data, and back: JSON for the structure, NumPy arrays beside it, nothing executed.
 
-What a computation returns (numbers, texts, arrays, and the package's own result objects) becomes a
-tree that JSON can hold and a list of arrays. Reading makes objects of the classes named here and of no
-others.
+The result of a computation (numbers, texts, arrays, and the package's own result objects) becomes a
+tree that JSON can hold and a list of arrays. Reading makes only objects of the classes named here.
 """
 
 from __future__ import annotations
@@ -116,12 +115,12 @@ def _name(key: Any) -> str:
 
 
 def decode(tree: Any, arrays: Sequence[NDArray[Any]]) -> Any:
-    """Return what :func:`encode` was given.
+    """Return the value that was passed to :func:`encode`.
 
     Raises
     ------
     KeyError, IndexError, TypeError, ValueError
-        If the tree is none of :func:`encode`.
+        If the tree is not from :func:`encode`.
     """
     if isinstance(tree, list):
         return [decode(item, arrays) for item in tree]
@@ -155,7 +154,7 @@ def response(
 
 
 def plain(value: Any) -> Any:
-    """Return results as lists, numbers and strings that any reader of JSON understands.
+    """Return results as lists, numbers and strings for any reader of JSON.
 
     Arrays become lists, records become objects, a number that is not finite becomes null.
     """

@@ -1,4 +1,4 @@
-"""What the report computes: functions of plain inputs whose results are kept."""
+"""Computations of the report: functions of plain inputs whose results are kept."""
 
 from __future__ import annotations
 
@@ -28,22 +28,22 @@ from railenv.models import Bogie, DualWheelset
 VehicleModel = Bogie | DualWheelset
 
 _FAST = 200.0
-"""m/s; a critical speed above it is none that a train could have."""
+"""m/s; no train could have a critical speed above it."""
 
 _STATES = ("y_w1", "psi_w1", "y_b", "psi_b")
-_BISECTIONS = 7  # from 0.8 of the linear critical speed to 1.2 of it: to 0.3 % of it
+_BISECTIONS = 7  # from 0.8 to 1.2 of the linear critical speed: a resolution of 0.3 % of it
 _BELOW, _ABOVE = 0.8, 1.2
 KEPT = 0.98
-"""Of the amplitude over half a simulation: less is a decay."""
+"""Least ratio of the amplitude over half a simulation: less is a decay."""
 
 _SAMPLE = 2e-3  # s, between samples of a motion
-_ROWS = 65  # kept of a limit cycle
+_ROWS = 65  # samples kept of a limit cycle
 
 
 def critical_speeds(
     model: VehicleModel, radii: Sequence[float], listed: Sequence[float], cant: float
 ) -> dict[str, Any]:
-    """Find critical speeds on tangent track, over a range of radii, and at those of a table."""
+    """Find critical speeds on tangent track, over a range of radii, and at the radii of a table."""
     return {
         "tangent": critical_speed(model),
         "sweep": curve_sweep(model, radii, cant=cant),
@@ -60,7 +60,7 @@ def motion(
     window: float,
     shown: float,
 ) -> dict[str, Any]:
-    """Simulate from zero initial conditions, as the paper does, and judge the end of the motion.
+    """Simulate from zero initial conditions, as in the paper, and classify the end of the motion.
 
     Returns
     -------
@@ -96,8 +96,8 @@ def motion_at_critical(
 ) -> dict[str, Any] | None:
     """Simulate a run of some length (m) at a multiple of the critical speed on a curve.
 
-    As :func:`motion`, without the response; the window is the whole run when None. Returns None if
-    there is no critical speed below 200 m/s.
+    The result is that of :func:`motion` without the response; the window is the whole run when None.
+    It is None if there is no critical speed below 200 m/s.
     """
     critical = critical_speed(model, radius=radius, cant=cant)
     if not _hunting(critical):
@@ -111,10 +111,10 @@ def motion_at_critical(
 def simulated_critical_speed(
     model: VehicleModel, radius: float, cant: float, duration: float, window: float
 ) -> float | None:
-    """Find by bisection from which speed (m/s) on a simulation from zero initial conditions hunts.
+    """Find by bisection the speed (m/s) from which a simulation from zero initial conditions hunts.
 
     It hunts if the amplitude at the end is that of hunting and has not decayed since half the time.
-    None where there is no such change from 0.8 of the linear critical speed to 1.2 of it.
+    The result is None if there is no such change from 0.8 to 1.2 of the linear critical speed.
     """
     critical = critical_speed(model, radius=radius, cant=cant)
     if not _hunting(critical):
@@ -231,7 +231,7 @@ def _speed(critical: CriticalSpeed) -> float:
 
 
 def _whole(ended: str | None) -> None:
-    """Go on with an interrupt that a computation has caught to return what it had."""
+    """Raise an interrupt again that a computation has caught to return its results so far."""
     if ended is not None and ended.startswith("interrupted"):
         raise KeyboardInterrupt
 

@@ -1,4 +1,4 @@
-"""The creep laws on the wheels of a vehicle: what its claims on creep are judged by."""
+"""The creep laws on the wheels of a vehicle, for the claims on creep."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from railenv.contact.creep_comparison import CreepComparison, compare_creep_laws
 from railenv.contact.patch import ContactPatch
 
 CROWN_RADIUS = 0.3
-"""m, of the head of a new rail; the paper has no profiles."""
+"""Crown radius of the head of a new rail, m; the paper has no profiles."""
 
 FLANGE_ANGLE = 70.0
 """Degrees, contact angle on the flange of a usual wheel."""
@@ -24,7 +24,7 @@ _WHEELS = 4  # of a bogie and of a dual wheelset
 
 
 def creep_laws(case: Case) -> Piece:
-    """Return creep forces by all laws: without spin, with that of the tread, and of a flange."""
+    """Return creep forces by all laws: without spin, and with the spins of the tread and a flange."""
     model, vehicle = case.model, case.vehicle
     bodies = model.equations.assembly.with_numbers(model.parameters).bodies
     carried = sum(b.vertical_load_mass for b in bodies if b.name in model.body_names)

@@ -17,7 +17,7 @@ import railenv
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure as it stands in the document.
+    """A figure in the document.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Part:
-    """A section as it stands in the document: its heading, text, figures and files."""
+    """A section in the document: its heading, text, figures and files."""
 
     key: str
     title: str
@@ -48,7 +48,7 @@ class Part:
 
     @property
     def groups(self) -> list[tuple[str, list[Picture]]]:
-        """Figures in rows that are laid out side by side, with the row's heading."""
+        """Rows of figures side by side, with the row's heading."""
         return [(name, list(items)) for name, items in groupby(self.pictures, lambda p: p.group)]
 
 

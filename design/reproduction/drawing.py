@@ -1,4 +1,4 @@
-"""Panels of the report: small enough to be read on a phone, in the style of :mod:`design.style`."""
+"""Panels of the report: small enough for a phone, in the style of :mod:`design.style`."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def take_handles(ax: Axes) -> list[Any]:
 
 
 def legend_below(figure: Figure, handles: Sequence[Any]) -> None:
-    """Put a legend below the axes, where it covers nothing, in as many columns as its texts allow."""
+    """Put a legend below the axes, where it hides nothing, in as many columns as its texts allow."""
     longest = max((len(line) for h in handles for line in str(h.get_label()).splitlines()), default=0)
     columns = 2 if longest <= _HALF_A_LINE else 1
     with style():

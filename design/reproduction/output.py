@@ -1,4 +1,4 @@
-"""Writes what a section shows: figures as SVG and PNG, numbers as CSV and JSON."""
+"""Output of sections: figures as SVG and PNG, numbers as CSV and JSON."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from design.reproduction.section import Data, DataTable, Section
 _LISTED = 3  # files are named one by one
 
 FOLDERS = ("figures", "data")
-"""In the directory of the report."""
+"""Folders in the directory of the report."""
 
 
 def write_part(section: Section, data: Data, directory: Path) -> tuple[Part, list[Path]]:
-    """Draw a section, write its figures and data, and return it as it stands in the document."""
+    """Draw a section, write its figures and data, and return it as a part of the document."""
     figures, tables = (directory / name for name in FOLDERS)
     for folder in (figures, tables):
         folder.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""What the paper prints: its running conditions and its results. Nothing here is computed."""
+"""The paper's running conditions and results as printed. Nothing here is computed."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ LINEAR_TO_SIMULATED = 0.0875
 """Difference between the linear and the simulated critical speed, section 4.1."""
 
 NATURAL = 1.0
-"""Hz, around which a bogie's natural frequencies usually are, section 4.4."""
+"""Usual natural frequencies of a bogie, Hz, section 4.4."""
 
 
 @dataclass(frozen=True)
 class Printed:
-    """What the paper prints of one model at 6250 m.
+    """The paper's printed results for one model at 6250 m.
 
     Attributes
     ----------

@@ -15,16 +15,16 @@ LISTED_RADII = (10_000.0, 6250.0, 1000.0, 250.0)
 """m, the curves of the table of critical speeds."""
 
 DURATION, WINDOW, SHOWN = 30.0, 10.0, 10.0
-"""s: simulated, judged at the end, drawn from the start."""
+"""Times simulated, evaluated at the end, and drawn from the start, s."""
 
 BELOW, ABOVE = 0.98, 1.05
-"""Of the linear critical speed: where the motions of Figs 12 and 13 are looked at."""
+"""Speeds of the motions of Figs 12 and 13, as multiples of the linear critical speed."""
 
 BELOW_RUN, ABOVE_RUN = 500.0, 2500.0
-"""m, the lengths of these runs: a decay, and enough for hunting to grow from a small disturbance."""
+"""Lengths of these runs, m: a decay, and enough for hunting to grow from a small disturbance."""
 
 _SWEPT = 25
-_HIGHEST = 140.0  # m/s, the highest speed that the paper shows a motion at
+_HIGHEST = 140.0  # m/s, the highest speed of a motion in the paper
 
 
 def critical_speeds(case: Case) -> Piece:
@@ -47,7 +47,7 @@ def motion(case: Case, speed: float) -> Piece:
 
 
 def motion_below(case: Case) -> Piece:
-    """Return the motion a little below the critical speed, all of it: the paper's Fig 12."""
+    """Return the whole motion a little below the critical speed: the paper's Fig 12."""
     inputs = {"model": case.model, "factor": BELOW, **_CURVE, "distance": BELOW_RUN, "window": None}
     name = f"motion-below-{case.key}"
     return Piece(name, computations.motion_at_critical, inputs, f"motion below critical, {case.title}")

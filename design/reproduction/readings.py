@@ -1,4 +1,4 @@
-"""What the search over readings of the print has found: ``python -m benchmarks.readings.run``."""
+"""Results of the search over readings of the print (``python -m benchmarks.readings.run``)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ RESULTS = Path(__file__).with_name("data") / "readings.json"
 """Counts of the search."""
 
 UNITS = {"m/s": 1.0, "km/h": 1.0 / 3.6}
-"""Units in which the paper's speeds may be meant, in m/s."""
+"""Possible units of the paper's speeds, in m/s."""
 
 
 def results() -> dict[str, Any]:

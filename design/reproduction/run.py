@@ -1,4 +1,4 @@
-"""Computes what is missing, then writes the report with its figures and data."""
+"""The run of a report: compute missing pieces, then write the report with figures and data."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from railenv.errors import ParameterError, RailenvError
 from railenv.files import write_whole
 
 Update = Callable[..., None]
-"""Of the bar: takes ``advance`` and ``description``."""
+"""Update of the progress bar; takes ``advance`` and ``description``."""
 
 STORE = "pieces"
 """Folder of the stored computations, in the directory of the report."""
@@ -65,26 +65,26 @@ def reproduce(
     """Write a report of some sections into a directory.
 
     Pieces that were computed before, with the same inputs and the same code, are not computed again.
-    Each is stored as soon as it is done, so that a run that was killed goes on where it stopped.
+    Each is stored as soon as it is done, so that a killed run continues where it stopped.
 
     Parameters
     ----------
     sections : sequence of Section
     directory : Path
-        Where ``report.html``, ``figures``, ``data`` and the stored pieces go.
+        Directory for ``report.html``, ``figures``, ``data`` and the stored pieces.
     note : str
-        What to say of the run at the top of the report.
+        Note about the run at the top of the report.
     fresh : bool
-        Forget what was computed before.
+        Ignore earlier results.
     jobs : int
-        Processes that compute, and then draw.
+        Number of processes that compute, and then draw.
     console : rich.console.Console, optional
-        Where to show the progress; nowhere when left out.
+        Console that shows the progress; none when left out.
 
     Raises
     ------
     Interrupted
-        On Ctrl-C, or if one of several processes is killed; what was computed is kept.
+        On Ctrl-C, or if one of several processes is killed; finished results are kept.
     """
     if jobs < 1:
         raise ParameterError(f"jobs is {jobs}; it must be at least 1")
@@ -120,7 +120,7 @@ def _bar(console: Console | None) -> Progress:
 
 
 def _compute(missing: Sequence[Piece], store: Store, jobs: int, update: Update) -> None:
-    """Compute what is missing, into the store."""
+    """Compute the missing pieces into the store."""
     update(description="computing (kernels are compiled once)")
     with closing(compute(missing, store, jobs)) as computed:
         for piece in computed:

@@ -1,4 +1,4 @@
-"""What a report is made of: sections, the figures and tables in them."""
+"""The parts of a report: sections, with their figures and tables."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from design.reproduction.store import Piece
 from railenv.errors import ParameterError
 
 Data = Mapping[str, Any]
-"""Results of pieces by the pieces' names."""
+"""Results of pieces by their names."""
 
 
 @dataclass(frozen=True)
@@ -48,14 +48,14 @@ class DataTable:
     name : str
         Name of its files, without ending.
     header : tuple of str
-        Names of the columns, with units; no two are equal.
+        Names of the columns, with units; all different.
     rows : sequence of sequence
         Numbers as numbers, not as text.
 
     Raises
     ------
     ParameterError
-        If two columns have one name, or a row has not as many entries as there are columns.
+        If two columns have the same name, or the entries of a row do not match the columns.
     """
 
     name: str
@@ -86,10 +86,10 @@ def significant(value: float, digits: int = 6) -> float:
 
 
 class Section(ABC):
-    """A part of the report: what it needs computed, and how it shows that.
+    """A part of the report: its computations, and their presentation.
 
     A section computes nothing itself. It names its pieces; they are computed once, kept on disk and
-    handed back as ``data``, together with those of all other sections. Pieces with the same name are
+    passed back as ``data``, together with those of all other sections. Pieces with the same name are
     the same piece.
 
     Attributes

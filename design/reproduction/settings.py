@@ -1,4 +1,4 @@
-"""How finely the report is computed."""
+"""The resolution of the report's computations."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Settings:
-    """Sizes of the computations that take long; all others are the same in every report.
+    """Sizes of the long computations; all others are the same in every report.
 
     Attributes
     ----------
     diagram_speeds : int
-        Speeds of each simulated bifurcation diagram.
+        Number of speeds of each simulated bifurcation diagram.
     diagram_duration : float
         Time simulated at each of them, s.
     branch_points : int
-        Most limit cycles of a branch.
+        Largest number of limit cycles of a branch.
     branch_step : float
         Longest step along it, in units of arclength.
     chart_points : int
-        Values of the parameter of a map of hunting.
+        Number of values of the parameter in a map of hunting.
     """
 
     diagram_speeds: int

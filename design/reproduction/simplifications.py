@@ -20,7 +20,7 @@ RESULTS = Path(__file__).with_name("data") / "simplifications.json"
 """Critical speeds of every case."""
 
 AMPLITUDE = 3e-3
-"""m, at which the conicity of profiles is told, as usual."""
+"""Amplitude (m) at which the conicity of profiles is usually stated."""
 
 Body = Literal["at rest", "moving"]
 
@@ -39,7 +39,7 @@ CONTACTS: dict[str, ContactLaw] = {
     LINEAR: railenv.LinearProfile(_LINEAR.conicity, _LINEAR.contact_angle, _LINEAR.contact_angle_rate),
     PROFILES: _PROFILES,
 }
-"""Contacts from the simplest to the profiles that the two in the middle are made of."""
+"""Contacts from the simplest to the profiles, from which the two in the middle are derived."""
 
 
 @dataclass(frozen=True)
@@ -54,12 +54,12 @@ class Simplified:
     tangent : float
         Linear critical speed on tangent track, m/s.
     persists_from : float
-        Lowest speed (m/s) at which the branch of limit cycles from there has a motion.
+        Lowest speed (m/s) with a motion on the branch of limit cycles from there.
     without_curving, with_curving : float
         Linear critical speed on the paper's curve, where its angle does not turn the wheelsets of a
         bogie against the frame, and where it does (m/s).
     mode : str
-        Name of the mode that is lost on tangent track.
+        Name of the mode that loses stability on tangent track.
     """
 
     contact: str
@@ -78,7 +78,7 @@ def model(contact: str, body: Body, *, curving: bool) -> Bogie | Coach:
 
 
 def results() -> tuple[Simplified, ...]:
-    """Return what was computed, the simplest contact first."""
+    """Return the results, the simplest contact first."""
     rows: list[dict[str, Any]] = json.loads(RESULTS.read_text(encoding="utf-8"))
     return tuple(Simplified(**row) for row in rows)
 

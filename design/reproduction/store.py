@@ -1,4 +1,4 @@
-"""Finished computations on disk: each one file, written whole, named by what it depends on."""
+"""Finished computations on disk: one file each, written whole, named after its dependencies."""
 
 from __future__ import annotations
 
@@ -35,26 +35,26 @@ _CODE = (
     "design/stability/*.py",
     "design/cycles/*.py",
 )
-"""What every computation may depend on; the module of its own function is added to it."""
+"""Files on which every computation may depend; the module of its function is added."""
 
 
 @dataclass(frozen=True)
 class Piece:
-    """A computation that is done once and kept.
+    """A computation whose result is kept.
 
     Attributes
     ----------
     name : str
-        Names the piece among all of a report, and its file.
+        Name of the piece in a report, and of its file.
     function : callable
-        Called with ``inputs`` as keywords. It depends on them and on nothing else, and returns plain
+        Called with ``inputs`` as keywords. It depends on nothing else, and returns plain
         data or results of :mod:`design` (see :mod:`design.reproduction.codec`).
     inputs : mapping of str to object
     label : str
-        What the progress bar says; the name when left out.
+        Label in the progress bar; the name when left out.
     code : tuple of str
         Patterns of source files that the function uses beside its own module, ``railenv`` and
-        ``design``; from the folder that holds the packages, as ``agents/evaluation/*.py``.
+        ``design``; relative to the folder of the packages, such as ``agents/evaluation/*.py``.
     """
 
     name: str
@@ -65,7 +65,7 @@ class Piece:
 
     @cached_property
     def key(self) -> str:
-        """Hash of all that the result depends on.
+        """Hash of everything on which the result depends.
 
         These are the inputs, the package's version and code, and the module of the function.
 
@@ -89,7 +89,7 @@ class Piece:
 
 @lru_cache
 def _source(function: Callable[..., Any]) -> str:
-    """Return the text of a function's module as it was when first asked for; typed in, its own code."""
+    """Return the text of a function's module at the first call; for interactive functions, the code."""
     try:
         return inspect.getsource(sys.modules[function.__module__])
     except (OSError, TypeError):
@@ -110,7 +110,7 @@ def _fingerprint(patterns: tuple[str, ...]) -> str:
 
 
 class Store:
-    """Keeps the results of pieces in a directory, which is made when first needed."""
+    """The results of pieces in a directory, which is made when first needed."""
 
     def __init__(self, directory: Path) -> None:
         self.directory = directory
@@ -120,7 +120,7 @@ class Store:
         return self.directory / f"{piece.name}-{piece.key}.npz"
 
     def has(self, piece: Piece) -> bool:
-        """Tell whether a piece has been computed; a damaged file does not count."""
+        """Return whether a piece has been computed; a damaged file does not count."""
         try:
             self.load(piece)
         except (FileNotFoundError, ParameterError):
@@ -154,14 +154,14 @@ class Store:
         write_whole(self.path(piece), npz(named))
 
     def clear(self) -> None:
-        """Remove all stored results, and what a killed run left half written."""
+        """Remove all stored results, and incomplete files of killed runs."""
         for pattern in ("*.npz", ".*.part"):
             for path in self.directory.glob(pattern):
                 path.unlink()
 
 
 class Results(Mapping[str, Any]):
-    """Stored results of pieces by the pieces' names, each read when it is first asked for."""
+    """Stored results of pieces by their names, each read on first use."""
 
     def __init__(self, store: Store, pieces: Iterable[Piece]) -> None:
         self._store = store

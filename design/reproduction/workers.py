@@ -1,4 +1,4 @@
-"""Several processes: each stores what it computes, or writes sections."""
+"""Several processes, each of which stores results or writes sections."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from design.reproduction.store import Piece, Results, Store
 
 
 def compute(pieces: Sequence[Piece], store: Store, jobs: int) -> Generator[Piece, None, None]:
-    """Compute pieces and store their results; yields each when it is done, in any order.
+    """Compute pieces and store their results; yield each when it is done, in any order.
 
     Parameters
     ----------
     pieces : sequence of Piece
     store : Store
     jobs : int
-        Number of processes; 1 computes in this one.
+        Number of processes; 1 for this one.
     """
     tasks = (joblib.delayed(_stored)(piece, store) for piece in spread(pieces))
     parallel = joblib.Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)
@@ -34,8 +34,8 @@ def spread(pieces: Sequence[Piece]) -> list[Piece]:
     """Order pieces so that two processes seldom compile the same kernels at the same time.
 
     Kernels differ between models and, for closed loops, between the modules that compute. The first
-    piece of each such kind comes before all others; those of closed loops, which stand last and compile
-    longest, begin.
+    piece of each such kind comes before all others; closed loops, which are last in the report and
+    compile longest, come first.
     """
     kinds: dict[tuple[str, str], list[Piece]] = {}
     for piece in pieces:
@@ -49,16 +49,16 @@ def spread(pieces: Sequence[Piece]) -> list[Piece]:
 def write(
     sections: Sequence[Section], results: Results, directory: Path, jobs: int
 ) -> Generator[tuple[Part, list[Path]], None, None]:
-    """Write sections into a directory; yields each with its files when it is done, in order.
+    """Write sections into a directory; yield each with its files when it is done, in order.
 
     Parameters
     ----------
     sections : sequence of Section
     results : Results
-        Of all pieces; each process reads what it needs.
+        Results of all pieces; each process reads those it needs.
     directory : Path
     jobs : int
-        Number of processes; 1 writes in this one.
+        Number of processes; 1 for this one.
     """
     tasks = (joblib.delayed(write_part)(section, results, directory) for section in sections)
     parallel = joblib.Parallel(n_jobs=jobs, return_as="generator", batch_size=1)

@@ -1,1 +1,1 @@
-"""Where steady running is stable: critical speeds, modes, loci, boxes of vehicles."""
+"""Stability of steady running: critical speeds, modes, loci, boxes of vehicles."""

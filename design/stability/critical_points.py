@@ -1,4 +1,4 @@
-"""Critical values: where over a parameter stability is lost or gained."""
+"""Critical values of a parameter, at which stability is lost or gained."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Family(Protocol):
 
     @property
     def unit(self) -> str:
-        """Its unit; empty where it is not known."""
+        """Its unit; empty if unknown."""
 
     @property
     def name(self) -> str:
@@ -54,11 +54,11 @@ class CriticalPoint:
     parameter : str
     value : float
     stability : {"lost", "gained"}
-        What happens as the parameter grows.
+        Change as the parameter grows.
     eigenvalue : complex
         The critical eigenvalue (imaginary part not negative), 1/s.
     frequency : float
-        Hz; 0 where a real eigenvalue passes zero.
+        Frequency, Hz; 0 if a real eigenvalue passes zero.
     vector : ndarray of complex
         Its eigenvector.
     """
@@ -80,16 +80,16 @@ def find_critical_points(
 ) -> tuple[CriticalPoint, ...]:
     """Locate the losses and gains of stability between values.
 
-    Every mode is followed from value to value, and steps in which one may have crossed the axis unseen
-    are halved (:mod:`design.stability.crossings`).
+    Every mode is followed from value to value, and steps in which one may have crossed the axis
+    unnoticed are halved (:mod:`design.stability.crossings`).
 
     Parameters
     ----------
     family : Family
     values : ndarray
-        Increasing.
+        Increasing values.
     modes : sequence of Modes
-        At each value, each in the order of the one before.
+        Modes at each value, in the order of the previous ones.
     """
     line = _ValueLine(family, float(values[-1] - values[0]))
     found: list[CriticalPoint] = []
@@ -102,7 +102,7 @@ def find_critical_points(
 
 
 def _changes(line: _ValueLine, step: Step) -> Iterator[CriticalPoint]:
-    """Yield where the last unstable mode becomes stable within a step, and the first one unstable."""
+    """Yield where, within a step, the last unstable mode becomes stable or the first one unstable."""
     unstable = len(upper(step, step.a.unstable))
     at = [(*located(line, step, k), bool(step.a.unstable[k])) for k in upper(step, step.crossing)]
     for sample, k, gained in sorted(at, key=lambda crossing: crossing[0].point):
@@ -135,7 +135,7 @@ class _ValueLine:
         return self.family.period
 
     def given(self, values: NDArray[np.float64], modes: Sequence[Modes]) -> list[Sample]:
-        """Return samples at values whose modes are known; the rates are those of differences."""
+        """Return samples at values with known modes; the rates are from differences."""
         eigenvalues = np.array([self._eigenvalues(m) for m in modes])
         edge: Literal[1, 2] = 2 if len(values) > 2 else 1
         rates = np.gradient(eigenvalues, values, axis=0, edge_order=edge)
@@ -163,7 +163,7 @@ class _ValueLine:
         return abs(float(b.point - a.point)) / self.span
 
     def _eigenvalues(self, modes: Modes) -> Complex:
-        """Return eigenvalues; in discrete time, where their phases wrap, the multipliers."""
+        """Return eigenvalues; in discrete time, because their phases wrap, the multipliers."""
         return modes.eigenvalues if self.period is None else np.exp(modes.eigenvalues * self.period)
 
     def _samples(self, values: list[float], found: list[_Found]) -> list[Sample]:

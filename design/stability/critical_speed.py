@@ -2,8 +2,8 @@
 
 Stability is lost by hunting (a pair of complex eigenvalues crosses the imaginary axis, a Hopf point),
 by divergence (a real eigenvalue crosses it), or because the equilibrium itself ends in a fold, as that
-on the tread does on tight curves. The branch of equilibria is followed from low speed, so that the
-three are told apart.
+on the tread does on tight curves. The branch of equilibria is followed from low speed to distinguish
+the three.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from railenv.models import Model
 from railenv.threads import one_blas_thread
 
 SPEED_RANGE = (3.0, 400.0)
-"""m/s, the range searched unless another is given."""
+"""Default range of the search, m/s."""
 
 
 def critical_speed(
@@ -37,14 +37,14 @@ def critical_speed(
     """Find the first speed of a range at which steady running loses stability.
 
     The equilibrium is followed from tangent track at low speed into the curve and then up in speed. All
-    its eigenvalues are followed from one sampled speed to the next, with the rates at which they
-    change; where they do not change as the speeds before let expect, or a mode may have become unstable
-    and stable again in between, the step is halved. A loss of stability is located to better than 1e-6
-    relative. ``sampled`` of the result says at which speeds the eigenvalues were looked at.
+    its eigenvalues are followed from one sampled speed to the next, with their rates of change; if they
+    do not change as the previous speeds predict, or a mode may have become unstable and stable again in
+    between, the step is halved. A loss of stability is located to better than 1e-6 relative.
+    ``sampled`` of the result contains the speeds at which eigenvalues were computed.
 
-    No sampling sees everything: a range of instability that leaves no trace at the speeds beside it, as
-    under a bump of the growth rate that falls off like a Gaussian, is found only where a sample meets
-    it. A shorter ``longest_step`` makes the net closer.
+    Sampling cannot find everything: a range of instability that leaves no trace at the neighbouring
+    speeds, such as a bump of the growth rate that falls off like a Gaussian, is found only if a sample
+    lies in it. A shorter ``longest_step`` makes the samples denser.
 
     Parameters
     ----------
@@ -58,8 +58,8 @@ def critical_speed(
     inputs : array_like, shape (n_inputs,), optional
         Constant inputs; zero when left out.
     controller : array_like, control.StateSpace or Feedback, optional
-        Closes the loop once per control period (:func:`design.closed_loop`). That the equilibrium ends
-        is still looked for on the vehicle's own branch, without moments.
+        Controller that closes the loop once per control period (:func:`design.closed_loop`). An end of
+        the equilibrium is still found on the vehicle's own branch, without moments.
     period : float, optional
         Control period, s; the controller's own, or 0.005 s.
     longest_step : float, optional
@@ -99,9 +99,9 @@ def hopf_points(
 ) -> tuple[CriticalSpeed, ...]:
     """Find all speeds of a range at which a pair of eigenvalues crosses the imaginary axis.
 
-    Where stability is lost, where it is regained, and where a further pair crosses while another is
-    unstable. The equilibrium is followed as by :func:`design.critical_speed`, as far as it goes: not
-    beyond a fold.
+    These are the losses and gains of stability, and crossings of a further pair while another is
+    unstable. The equilibrium is followed as by :func:`design.critical_speed` up to its end, not beyond
+    a fold.
 
     Parameters
     ----------
@@ -111,9 +111,9 @@ def hopf_points(
     Returns
     -------
     tuple of CriticalSpeed
-        In the order of speed; ``loss`` is "hunting". Each has the state, eigenvalue and mode of the
-        pair that crosses; ``growth_slope`` tells which way it crosses (negative: its oscillation dies
-        out above that speed), ``unstable`` how many other eigenvalues are unstable there.
+        Crossings in the order of speed; ``loss`` is "hunting". Each has the state, eigenvalue and mode
+        of the pair that crosses; ``growth_slope`` gives the direction (negative: its oscillation dies
+        out above that speed), ``unstable`` the number of other eigenvalues that are unstable there.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""How a critical speed is drawn."""
+"""Drawings of a critical speed."""
 
 from __future__ import annotations
 

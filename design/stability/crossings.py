@@ -1,9 +1,9 @@
-"""Eigenvalues followed along a line, closely enough that none passes the imaginary axis unseen.
+"""Eigenvalues followed along a line so closely that none crosses the imaginary axis unnoticed.
 
-From one sample to the next every mode is matched, and its growth rate between them is the cubic that
-has the values and slopes of both. How well such cubics hold is seen from the one before, continued over
-the step. Where a mode, within some multiples of what that is wrong by, may have reached the axis and
-gone back, or crossed it more than once, the step is halved.
+From one sample to the next every mode is matched, and its growth rate between them is the cubic with
+the values and slopes of both. The accuracy of such cubics is estimated by continuing the previous one
+over the step. If a mode, within some multiples of that error, may have reached the axis and gone back,
+or crossed it more than once, the step is halved.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ Bools = NDArray[np.bool_]
 Places = NDArray[np.intp]
 
 _DEEPEST = 12  # halvings of a step
-_CAUTION = 20.0  # a mode may lie this many times further off than the cubic before was wrong by,
-_OF_DAMPED = 4.0  # one that dies out within a cycle, which has far to go, so many times,
-_LESS = 1.0 / 3.0  # and after every halving so much less, as what is near leaves more of a trace
-_OF_THE_LINE = 0.05  # of how far a line misses: how wrong a cubic is taken to be with none before it
-_OF_SLOPE = 4.0 / 27.0  # how far from zero a cubic goes between its ends, of its slope at one
-_STRAIGHT = 0.1  # of the rise of a mode that crosses the axis: how wrong its cubic may be
+_CAUTION = 20.0  # a mode may be off by this many times the error of the previous cubic,
+_OF_DAMPED = 4.0  # one that dies out within a cycle, which is far from the axis, by so many times,
+_LESS = 1.0 / 3.0  # and by so much less after every halving, as near crossings leave more of a trace
+_OF_THE_LINE = 0.05  # of the error of a line: assumed error of a cubic without a previous one
+_OF_SLOPE = 4.0 / 27.0  # largest distance of a cubic from zero between its ends, over its slope at one
+_STRAIGHT = 0.1  # of the rise of a mode that crosses the axis: allowed error of its cubic
 _ROOT = 1e-9  # of the logarithm of the speed, or of a range of values
 _SEARCHES = 40
 
@@ -51,17 +51,17 @@ class Step(NamedTuple):
     ----------
     a, b : Sample
     order : ndarray of int, shape (n_modes,)
-        Which mode of b each mode of a becomes.
+        Index of the mode of b that each mode of a becomes.
     leaving, coming : float
         Arclength per fraction of the way, at a and at b.
     ends : ndarray, shape (4, n_modes)
         Growth rate of each mode (1/s) and its slope over the fraction of the way, at a and then at b.
     met : ndarray of bool, shape (n_modes,)
-        Which modes meet another: two real eigenvalues become a pair, or a pair two real ones.
+        Whether modes meet another: two real eigenvalues become a pair, or a pair two real ones.
     crossing : ndarray of bool, shape (n_modes,)
-        Which modes are stable at one end only.
+        Whether modes are stable at one end only.
     doubt : ndarray, shape (n_modes,)
-        How wrong the cubic between the ends may be, 1/s.
+        Possible error of the cubic between the ends, 1/s.
     """
 
     a: Sample
@@ -76,7 +76,7 @@ class Step(NamedTuple):
 
 
 def steps_between(line: Line, samples: Sequence[Sample], before: Step | None) -> list[Step]:
-    """Match the modes of neighbouring samples; the step before them says how well cubics hold."""
+    """Match the modes of neighbouring samples; the previous step gives the accuracy of cubics."""
     _, spectra, *columns = zip(*samples, strict=True)
     growth, slopes, real, unstable = map(np.array, columns[:4])
     values = np.array([spectrum.values for spectrum in spectra])
@@ -114,9 +114,9 @@ def steps_between(line: Line, samples: Sequence[Sample], before: Step | None) ->
 
 
 def _missed(order: Places, before: Array, met: Bools, ratio: Array, ends: Array) -> Array:
-    """Return by how much the cubics of steps, continued over the next ones, miss the ends of these.
+    """Return the errors of the cubics of steps, continued over the next ones, at the ends of these.
 
-    NaN for modes that met another one, of which a cubic tells nothing.
+    They are NaN for modes that met another one, which cubics do not describe.
     """
     own = order.argsort(axis=1)[:, None]  # the step's mode of each mode of the sample at its end
     c0, c1, c2, c3 = (_POWERS @ np.take_along_axis(before, own, axis=2)).transpose(1, 0, 2)
@@ -128,7 +128,7 @@ def _missed(order: Places, before: Array, met: Bools, ratio: Array, ends: Array)
 
 
 def sure(line: Line, steps: Sequence[Step], halvings: int) -> list[bool]:
-    """Say of steps, halved so many times, whether no mode may have passed the axis unseen."""
+    """Return for steps, halved so many times, whether no mode can have crossed the axis unnoticed."""
     polygon = _POLYGON @ np.array([step.ends for step in steps])
     less = _LESS**halvings
     caution = max(_OF_DAMPED * less, 1.0), max(_CAUTION * less, 1.0)
@@ -144,7 +144,7 @@ def sure(line: Line, steps: Sequence[Step], halvings: int) -> list[bool]:
 
 
 def _sure(line: Line, step: Step, polygon: Array, fine: Bools) -> bool:
-    """Return the same of one step, given which modes stay on one side of the axis."""
+    """Return the same for one step, given which modes stay on one side of the axis."""
     rises = polygon[1:] - polygon[:-1]
     one_way = (rises >= 0.0).all(axis=0) | (rises <= 0.0).all(axis=0)
     steady = step.doubt < _STRAIGHT * np.abs(polygon[-1] - polygon[0])
@@ -153,10 +153,10 @@ def _sure(line: Line, step: Step, polygon: Array, fine: Bools) -> bool:
 
 
 def _meet_away(line: Line, step: Step) -> bool:
-    """Whether modes that meet stay on one side of the axis.
+    """Return whether modes that meet stay on one side of the axis.
 
-    That is told by their mean and the square of how far they are from it, which go smoothly through the
-    place where they meet, as the two eigenvalues do not.
+    This follows from their mean and the square of their distance from it, which are smooth where they
+    meet, unlike the two eigenvalues.
     """
     a, b, order, zero = step.a, step.b, step.order, max(step.a.zero, step.b.zero)
     own = order.argsort()
@@ -186,7 +186,7 @@ def _conjugate(sample: Sample, k: np.intp) -> int:
 
 
 def matched(a: Complex, b: Complex) -> Places:
-    """Return which number of each row of b belongs to each of a's."""
+    """Return the index in each row of b that belongs to each number of a."""
     size = np.abs(a)[:, :, None] + (np.abs(b) + 1e-300)[:, None]
     gaps = np.abs(a[:, :, None] - b[:, None]) / size
     return np.array([linear_sum_assignment(gap)[1] for gap in gaps])
@@ -195,13 +195,13 @@ def matched(a: Complex, b: Complex) -> Places:
 def followed(line: Line, groups: Iterable[Sequence[Sample]]) -> Iterator[Step]:
     """Yield steps between samples in order, halved until they are sure.
 
-    A step that cannot be halved (where wheels lift, or after too many halvings) is taken as it is.
+    A step that cannot be halved (because wheels lift, or after too many halvings) is taken as it is.
 
     Parameters
     ----------
     line : Line
     groups : iterable of sequences of Sample
-        The samples in order; those of a group are judged at once.
+        The samples in order; those of a group are checked at once.
     """
     before: Step | None = None
     reached: list[Sample] = []
@@ -224,7 +224,7 @@ def followed(line: Line, groups: Iterable[Sequence[Sample]]) -> Iterator[Step]:
 
 def _halved(line: Line, a: Sample, b: Sample, before: Step | None) -> Iterator[Step]:
     """Yield the parts of a step that is not sure, halved until they are."""
-    ahead, depths = [b], [0]  # what is still to be reached, the nearest last
+    ahead, depths = [b], [0]  # samples still to be reached, the nearest last
     while ahead:
         step = None
         if depths[-1] > 0:
@@ -244,24 +244,24 @@ def _halved(line: Line, a: Sample, b: Sample, before: Step | None) -> Iterator[S
 
 
 def upper(step: Step, modes: Bools) -> list[int]:
-    """Return some modes of a step, of a pair one."""
+    """Return the indices of some modes of a step, one for each pair."""
     above = (step.a.values.imag >= 0.0) | (step.b.values[step.order].imag >= 0.0)
     return np.flatnonzero(modes & above).tolist()
 
 
 def root_of(step: Step, mode: int) -> float:
-    """Return where on the way a mode that crosses the axis is expected to do so."""
+    """Return the fraction of the way at which a mode is expected to cross the axis."""
     return _root(step.ends[:, mode])
 
 
 def located(line: Line, step: Step, mode: int) -> tuple[Sample, int]:
     """Return the sample at which a mode crosses the axis within a step, and its place among the modes.
 
-    The root of its cubic is sampled and the step made shorter by it, until another root would lie
-    within 1e-9 of the speed, or of the range.
+    The root of its cubic is sampled and the step shortened to it, until another root would lie within
+    1e-9 of the speed, or of the range.
     """
     a, b, i, j = step.a, step.b, mode, int(step.order[mode])
-    if a.growth[i] >= 0.0 and not a.unstable[i]:  # within rounding of zero: it is left here
+    if a.growth[i] >= 0.0 and not a.unstable[i]:  # zero within rounding: the crossing is here
         return a, i
     up = bool(b.unstable[j])
     found = (a, i)
@@ -284,10 +284,10 @@ def located(line: Line, step: Step, mode: int) -> tuple[Sample, int]:
 
 
 def _root(ends: Iterable[float]) -> float:
-    """Return where a cubic of which the ends have two signs is zero: by Newton's method, bracketed."""
+    """Return the zero of a cubic whose ends differ in sign, by a bracketed Newton's method."""
     c0, c1, c2, c3 = (_POWERS @ np.array([*ends])).tolist()
     low, high = 0.0, 1.0
-    at = c0 / -(c1 + c2 + c3)  # where the line between the ends is
+    at = c0 / -(c1 + c2 + c3)  # the zero of the line between the ends
     for _ in range(_SEARCHES):
         value = c0 + at * (c1 + at * (c2 + at * c3))
         if (value > 0.0) == (c0 > 0.0):

@@ -58,14 +58,14 @@ def gain_locus(loop: control.StateSpace, gains: ArrayLike | None = None) -> Gain
     """Compute the poles of a negative feedback loop over its gain, sorted into branches.
 
     The poles are eigenvalues of ``A - g B (I + g D)^-1 C``; a single loop has those of
-    ``control.root_locus_map``, without its detour over polynomials. Several loops get the same gain.
+    ``control.root_locus_map``, computed without polynomials. Several loops get the same gain.
 
     Parameters
     ----------
     loop : control.StateSpace
         Open loop, as many outputs as inputs, for instance :func:`design.open_loop`.
     gains : array_like, optional
-        At least two increasing gains; 0 to 2, in which 1 is the loop as it stands, when left out.
+        At least two increasing gains; 0 to 2 when left out, where 1 is the given loop.
 
     Returns
     -------
@@ -74,7 +74,7 @@ def gain_locus(loop: control.StateSpace, gains: ArrayLike | None = None) -> Gain
     Raises
     ------
     ParameterError
-        If the loop is no square StateSpace, the gains do not increase, or ``I + g D`` is singular.
+        If the loop is not a square StateSpace, the gains do not increase, or ``I + g D`` is singular.
 
     Examples
     --------

@@ -42,22 +42,22 @@ class Locus(PoleZeroData):
     Attributes
     ----------
     parameter, unit : str
-        What varies, and its unit ("" where it is not known).
+        The parameter that varies, and its unit ("" if unknown).
     values, gains : ndarray, shape (n_values,)
-        The parameter (the same array under python-control's name).
+        Values of the parameter (the same array under python-control's name).
     loci : ndarray, shape (n_values, n_modes)
-        Eigenvalues (1/s; of a root locus in discrete time, multipliers); each column follows one mode.
+        Eigenvalues (1/s; multipliers for a root locus in discrete time); each column follows one mode.
     modes : ndarray, shape (n_values, n_states, n_modes)
-        Their eigenvectors; of a closed loop, the first entries are the vehicle's states.
+        Their eigenvectors; for a closed loop, the first entries are the vehicle's states.
     poles : ndarray, shape (n_modes,)
-        Those at the lowest value; of a root locus, those of the open loop.
+        Those at the lowest value; for a root locus, those of the open loop.
     least_damped : int
         Column of the mode whose real part is largest anywhere in the range.
     ended : str or None
-        Why the locus ends below the highest value asked for, if it does.
+        Reason why the locus ends below the highest value requested, if it does.
     period : float or None
-        Control period (s) of a closed loop, whose eigenvalues are those of its map over a period, as
-        in continuous time; None in continuous time.
+        Control period (s) of a closed loop, whose eigenvalues are those of its map over a period,
+        converted to continuous time; None in continuous time.
     """
 
     def __init__(
@@ -85,12 +85,12 @@ class Locus(PoleZeroData):
         self.least_damped = int(np.argmax(upper.max(axis=0)))
 
     def _drawn(self, eigenvalues: Complex) -> Complex:
-        """Return eigenvalues (1/s) as the loci have them."""
+        """Return eigenvalues (1/s) in the form of the loci."""
         return eigenvalues
 
     @property
     def condition(self) -> str:
-        """What the locus holds fixed, for titles."""
+        """The constant conditions, for titles."""
         return ""
 
     @property
@@ -111,9 +111,9 @@ class Locus(PoleZeroData):
 
     @property
     def beside_least_damped(self) -> tuple[int, ...]:
-        """Columns of the modes that pictures show beside the least damped one.
+        """Columns of the modes in pictures beside the least damped one.
 
-        Those that somewhere oscillate below some multiple of its frequency, not critically damped.
+        They oscillate somewhere below some multiple of its frequency and are not critically damped.
         """
         fastest = _FASTEST_DRAWN * max(float(self.frequency[:, self.least_damped].max()), 1e-9)
         oscillates = self.eigenvalues.imag > 0.0
@@ -133,10 +133,10 @@ class Locus(PoleZeroData):
 
     @cached_property
     def critical_points(self) -> tuple[CriticalPoint, ...]:
-        """Where stability is lost or gained as the parameter grows.
+        """Points where stability is lost or gained as the parameter grows.
 
-        Located between the values, where every mode is followed as by :func:`design.critical_speed`:
-        steps in which one may cross the axis unseen are halved.
+        They are located between the values, where every mode is followed as by
+        :func:`design.critical_speed`: steps in which one may cross the axis unnoticed are halved.
         """
         return find_critical_points(self._family, self.values, self._followed)
 
@@ -150,7 +150,7 @@ class Locus(PoleZeroData):
         Raises
         ------
         ParameterError
-            If the value lies outside.
+            If the value lies outside the range.
         """
         low, high = float(self.values[0]), float(self.values[-1])
         value = checks.number(self.parameter, value, low=low, high=high, unit=self.unit)
@@ -198,7 +198,7 @@ class VehicleFamily(Family, Protocol):
 
     @property
     def condition(self) -> str:
-        """What does not vary, for titles."""
+        """The constant conditions, for titles."""
 
 
 class VehicleLocus(Locus):
@@ -229,7 +229,7 @@ class VehicleLocus(Locus):
 
     @property
     def condition(self) -> str:
-        """What the locus holds fixed, for titles."""
+        """The constant conditions, for titles."""
         return self._condition
 
     def mode(self, value: float, mode: int | None = None) -> ModeShape:
@@ -238,7 +238,7 @@ class VehicleLocus(Locus):
         Parameters
         ----------
         value : float
-            Of the parameter.
+            Value of the parameter.
         mode : int, optional
             Column of ``loci``; the least damped mode at that value when left out.
 
@@ -258,7 +258,7 @@ class SpeedLocus(VehicleLocus):
     speeds : ndarray, shape (n_speeds,)
         m/s; the same as ``values``.
     critical : CriticalSpeed
-        Where stability is lost first, searched from 3 m/s (of a closed loop, which may not suit low
+        First loss of stability, searched from 3 m/s (for a closed loop, which may not be meant for low
         speeds, from the lowest speed of the locus) up to the highest speed.
     """
 
@@ -295,7 +295,7 @@ def speed_locus(
     radius, cant : float
         Curve radius (m; ``math.inf`` is tangent track, negative the other hand) and cant (rad).
     controller : array_like, control.StateSpace or Feedback, optional
-        Closes the loop once per control period (:func:`design.closed_loop`).
+        Controller that closes the loop once per control period (:func:`design.closed_loop`).
     period : float, optional
         Control period, s; the controller's own, or 0.005 s.
 
@@ -308,7 +308,7 @@ def speed_locus(
     Raises
     ------
     EquilibriumError
-        If there is no equilibrium at the second speed already.
+        If there is no equilibrium even at the second speed.
     """
     targets = checks.numbers("speeds", speeds, least=2)
     checks.curvature(radius)
@@ -327,7 +327,7 @@ def speed_locus(
 
 
 def while_running(points: Iterable[Each], locus: str) -> tuple[list[Each], str | None]:
-    """Return the points of a locus up to where there is no equilibrium, and why no more, if so.
+    """Return the points of a locus up to the end of the equilibrium, and the reason if it ends.
 
     Raises
     ------

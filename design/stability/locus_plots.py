@@ -1,4 +1,4 @@
-"""How loci are drawn: the plane of the eigenvalues, and damping ratio over the parameter."""
+"""Drawings of loci: the plane of the eigenvalues, and damping ratio over the parameter."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def _round_values(locus: Locus, marked: NDArray[np.complex128], ax: Axes) -> Non
     low, high = float(locus.values[0]), float(locus.values[-1])
     ticks = np.asarray(MaxNLocator(nbins=8, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high))
     unit = f" {locus.unit}" if locus.unit not in ("", "1") else ""
-    left, bottom = math.inf, math.inf  # a label is left out where it would lie on the one before
+    left, bottom = math.inf, math.inf  # a label is left out if it would lie on the previous one
     span = 2.0 if locus.dt else max(float(np.ptp(marked.real)), float(np.ptp(marked.imag)), 1e-300)
     for value in ticks[(ticks >= low) & (ticks <= high)]:
         x, y = (float(np.interp(value, locus.values, part)) for part in (marked.real, marked.imag))
@@ -122,7 +122,7 @@ def _critical(locus: Locus, ax: Axes) -> None:
 
 
 def critical_label(locus: Locus, value: float, stability: str) -> str:
-    """Return what a legend says of a critical point."""
+    """Return the legend of a critical point."""
     if locus.parameter == "speed" and stability == "lost":
         return f"critical speed {value:.1f} m/s"
     return f"stability {stability} at {locus.written(value)}"
@@ -131,7 +131,7 @@ def critical_label(locus: Locus, value: float, stability: str) -> str:
 def plot_damping(locus: Locus) -> control.ControlPlot:
     """Draw damping ratio and frequency over the parameter, critical points marked.
 
-    Shown are oscillating modes up to some multiple of the frequency of the least damped one.
+    Oscillating modes are shown up to some multiple of the frequency of the least damped one.
     """
     with style():
         figure, axes = plt.subplots(2, 1, figsize=(6.8, 6.0), sharex=True)

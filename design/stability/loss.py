@@ -1,4 +1,4 @@
-"""How steady running loses stability: what is found, and what kind of Hopf point it is."""
+"""Losses of stability of steady running, and the kinds of Hopf points."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 Loss = Literal["hunting", "divergence", "fold", "end", "none", "unstable at start"]
 Criticality = Literal["supercritical", "subcritical", "neutral"]
 
-_NEUTRAL = 2e-4  # change of speed between them, relative, below which the branch stands upright
+_NEUTRAL = 2e-4  # relative change of speed between them, below which the branch is vertical
 
 
 @dataclass(frozen=True)
 class CriticalSpeed:
-    """Where, and how, steady running loses stability.
+    """The loss of stability of steady running: its speed and its kind.
 
     Attributes
     ----------
@@ -43,19 +43,19 @@ class CriticalSpeed:
     eigenvalue : complex or None
         The critical eigenvalue (imaginary part not negative), 1/s.
     mode : ndarray or None, shape (n_states,)
-        Its eigenvector, scaled so that its largest displacement is 1. Of a multiple eigenvalue, one
-        of its eigenvectors.
+        Its eigenvector, scaled so that its largest displacement is 1; for a multiple eigenvalue, one of
+        its eigenvectors.
     multiplicity : int
         Number of eigenvalues equal to the critical one; 2 for the dual wheelset, else usually 1.
     growth_slope : float or None
-        How fast the growth rate of the critical mode changes with the speed, 1/s per m/s: positive
+        Change of the growth rate of the critical mode with the speed, 1/s per m/s: positive
         where its stability is lost, negative where it is gained. None unless it crosses the axis.
     unstable : int
         Number of other eigenvalues that are unstable there.
     speed_range : (float, float)
         Range searched, m/s.
     sampled : ndarray
-        Speeds at which eigenvalues were looked at, m/s, increasing.
+        Increasing speeds at which eigenvalues were computed, m/s.
     radius, cant : float
         m (``math.inf`` on tangent track), rad.
     model_name : str
@@ -90,7 +90,7 @@ class CriticalSpeed:
     def hopf(self) -> HopfPoint | None:
         """Normal form and direction of the branch where stability is lost by hunting, else None.
 
-        Computed when first asked for, in about a second. None for a closed loop: a map in discrete time
+        It is computed on first use, in about a second. None for a closed loop: a map in discrete time
         has no Hopf point of this kind.
         """
         if self.loss != "hunting" or self.period is not None:
@@ -102,7 +102,7 @@ class CriticalSpeed:
     def criticality(self) -> Criticality | None:
         """Whether hunting grows gently ("supercritical") or jumps ("subcritical").
 
-        "neutral" is neither; None where stability is not lost by hunting. See
+        "neutral" is neither; None if stability is not lost by hunting. See
         :class:`design.HopfPoint`.
         """
         return None if self.hopf is None else self.hopf.criticality
@@ -148,7 +148,7 @@ class CriticalSpeed:
 
     @property
     def _named_loss(self) -> str:
-        """The loss; hunting with its name of a vehicle with a body, which hunts in several ways."""
+        """The loss; hunting with its name for a vehicle with a body, which hunts in several ways."""
         shape = self.mode_shape if self.loss == "hunting" else None
         share = shape.participation if shape else None
         if shape is None or share is None or not share.structure.having("body"):
@@ -156,7 +156,7 @@ class CriticalSpeed:
         return shape.name if "hunting" in shape.name else f"hunting ({shape.name})"
 
     def _told(self, loss: str) -> str:
-        """Say what is found, with a name for the loss."""
+        """Describe the result, with a name for the loss."""
         low, high = self.speed_range
         if self.loss == "none":
             looked = f"seen at {len(self.sampled)} speeds, at most {self.largest_step:.1%} apart"
@@ -166,7 +166,7 @@ class CriticalSpeed:
         if self.loss == "fold":
             return f"the running equilibrium ends in a fold at {self.speed:.4f} m/s"
         if self.loss == "end":
-            return f"the running equilibrium ends at {self.speed:.4f} m/s, as where a wheel lifts"
+            return f"the running equilibrium ends at {self.speed:.4f} m/s, as when a wheel lifts"
         at = f" at {self.frequency:.4f} Hz" if self.frequency is not None else ""
         way = "up to" if self.growth_slope is not None and self.growth_slope < 0.0 else "from"
         beside = ", where others are unstable" if self.unstable else ""
@@ -174,10 +174,10 @@ class CriticalSpeed:
 
     @cached_property
     def mode_shape(self) -> ModeShape | None:
-        """The critical mode as an object that draws and animates itself; None where there is none.
+        """The critical mode as an object that draws and animates itself; None if there is none.
 
-        Its ``name`` says what hunts, such as "bogie hunting, in phase" or "body hunting (upper sway)",
-        its ``participation`` how much each body takes part.
+        Its ``name`` gives the kind of hunting, such as "bogie hunting, in phase" or "body hunting
+        (upper sway)", its ``participation`` the share of each body.
         """
         if self.mode is None or self.eigenvalue is None:
             return None
@@ -199,13 +199,13 @@ class HopfPoint:
     critical : CriticalSpeed
         Speed, frequency, equilibrium and mode.
     lyapunov_coefficient : float or None
-        First Lyapunov coefficient as Kuznetsov defines it (eigenvector of length 1 in SI units, divided
-        by the angular frequency); negative is supercritical. None where the equations are not
+        First Lyapunov coefficient by Kuznetsov's definition (eigenvector of length 1 in SI units,
+        divided by the angular frequency); negative is supercritical. None if the equations are not
         smooth enough for it to exist.
     amplitude_range : float or None
         Amplitude (m, of the mode's largest displacement) up to which the coefficient holds within 10 %.
     branch_amplitudes : (float, float)
-        Amplitudes (m) between which the direction of the branch was judged.
+        Amplitudes (m) between which the direction of the branch was measured.
     branch_speeds : (float, float)
         Speeds of the limit cycles (m/s) with these amplitudes.
     criticality : {"supercritical", "subcritical", "neutral"}
@@ -238,7 +238,7 @@ class HopfPoint:
 
     @property
     def criticality(self) -> Criticality:
-        """What the branch of limit cycles does at amplitudes that can be seen."""
+        """Direction of the branch of limit cycles at visible amplitudes."""
         low, high = self.branch_speeds
         if abs(high - low) < _NEUTRAL * self.speed:
             return "neutral"
@@ -246,7 +246,7 @@ class HopfPoint:
 
     @property
     def normal_form_criticality(self) -> Literal["supercritical", "subcritical"] | None:
-        """What the first Lyapunov coefficient says of small amplitudes; None without it."""
+        """Kind by the first Lyapunov coefficient, for small amplitudes; None without it."""
         if self.lyapunov_coefficient is None:
             return None
         return "supercritical" if self.lyapunov_coefficient < 0.0 else "subcritical"
@@ -284,9 +284,9 @@ _hopf_analysis: HopfAnalysis | None = None
 
 
 def analyse_hopf_points_by(analysis: HopfAnalysis) -> HopfAnalysis:
-    """Say what computes :attr:`CriticalSpeed.hopf`.
+    """Set the function that computes :attr:`CriticalSpeed.hopf`.
 
-    It follows limit cycles, which stand above this module; so it is handed down and not imported.
+    It follows limit cycles, which are a layer above this module; so it is passed down, not imported.
     """
     global _hopf_analysis  # noqa: PLW0603 - one for the process
     _hopf_analysis = analysis

@@ -1,4 +1,4 @@
-"""Where the bodies of a vehicle are, as pictures of its modes draw them."""
+"""Places of the bodies of a vehicle, for pictures of its modes."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import NamedTuple
 from design.stability.roles import over_wheelsets, roles_of
 from railenv.models import Model
 
-_SHORTEST = 0.5  # m, half the length of what stands over a single wheelset, or of a mass between
+_SHORTEST = 0.5  # m, half the length of a body over a single wheelset, or of a mass between
 _BEYOND = 1.12  # of the distance to its wheelsets, a frame's half length
 _OVERHANG = 1.5  # m, of a vehicle's body beyond the outermost wheelsets
 
 
 class Outline(NamedTuple):
-    """A body as pictures draw it.
+    """A body in pictures.
 
     Attributes
     ----------
@@ -22,7 +22,7 @@ class Outline(NamedTuple):
     x, height : float
         Place along the vehicle, and height of its centre above the axles, m.
     half_length : float
-        m; of a body that is no wheelset.
+        Half length of a body that is not a wheelset, m.
     y, z, phi, theta, psi : str or None
         Names of its displacements; None for one that it does not have.
     """
@@ -40,14 +40,14 @@ class Outline(NamedTuple):
 
 @dataclass(frozen=True)
 class Geometry:
-    """What pictures of a vehicle need.
+    """The geometry of a vehicle for pictures.
 
     Attributes
     ----------
     half_gauge, wheel_radius : float
         m.
     wheelsets, frames, others : tuple of Outline
-        The others are a vehicle's bodies, over their wheelsets, and what else there is.
+        The others are a vehicle's bodies, over their wheelsets, and any further masses.
     """
 
     half_gauge: float
@@ -63,7 +63,7 @@ class Geometry:
 
 
 def geometry_of(model: Model) -> Geometry | None:
-    """Return where a model's bodies are; None where it does not tell, or has no wheelsets."""
+    """Return the places of a model's bodies; None if it does not give them or has no wheelsets."""
     guided, places, heights = model.guided, model.body_places, model.body_heights
     if not guided:
         return None

@@ -1,13 +1,13 @@
-"""Names of modes as engineers use them, told from their shapes.
+"""Names of modes in engineering terms, from their shapes.
 
-Names rest on shares of kinetic energy and on phases, never on frequencies:
+Names depend on shares of kinetic energy and on phases, never on frequencies:
 
-- *Hunting* is a motion in which the wheelsets roll along their own wave: they point where they go, so
-  their yaw leads their lateral motion by a quarter of a period, and they move sideways further than the
-  body. It is *body hunting* where the body has more than half of the energy, *bogie hunting* where
-  frames move with the wheelsets, *wheelset hunting* otherwise.
-- Any other mode is named by the wheelsets, frames or bodies that have most of the energy, and by how
-  they move. A body that rolls about an axis below its centre is in *lower sway*, about one above it in
+- *Hunting* is a motion in which the wheelsets roll along their own wave: they point in the direction of
+  their motion, so their yaw leads their lateral motion by a quarter of a period, and they move sideways
+  further than the body. It is *body hunting* if the body has more than half of the energy, *bogie
+  hunting* if frames move with the wheelsets, *wheelset hunting* otherwise.
+- Any other mode is named after the wheelsets, frames or bodies with most of the energy, and after their
+  motion. A body that rolls about an axis below its centre is in *lower sway*, about one above it in
   *upper sway*.
 """
 
@@ -25,19 +25,19 @@ _OSCILLATES = 0.1  # imaginary part of an eigenvalue, least, as a share of its m
 _ROLLING = 0.7  # cosine of the phase between a wheelset's yaw and its path's direction, least
 _FOLLOWING = 0.5  # of the frames' lateral motion: wheelsets that move less do not drive it
 _LATERAL = 0.5  # share of lateral, roll and yaw motion, least
-_CARRIED = 0.5  # share of the body from which on hunting is the body's
-_FRAMES_MOVE = 0.1  # share of frames in what wheelsets and frames have, least in bogie hunting
-_PURE = 0.05  # share of sway below which lateral motion, or roll, counts as none
+_CARRIED = 0.5  # share of the body above which hunting is the body's
+_FRAMES_MOVE = 0.1  # least share of frames in the energy of wheelsets and frames in bogie hunting
+_PURE = 0.05  # share of sway below which lateral motion, or roll, counts as zero
 _PHASE = 0.5  # cosine of a phase, least for motions in phase or opposite
 _ONE_SIDED = 0.3  # likewise for lateral motion and roll
-_DOMINATES = 0.8  # share of one of several bodies alike
+_DOMINATES = 0.8  # share of one of several equal bodies
 
 _MOTIONS = {"y": "lateral", "z": "bounce", "phi": "roll", "theta": "pitch", "psi": "yaw"}
 _ROLES: tuple[Role, ...] = ("wheelset", "frame", "body")
 
 
 def mode_name(shape: Shape, eigenvalue: complex, share: Participation) -> str:
-    """Return what to call a mode.
+    """Return the name of a mode.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def mode_name(shape: Shape, eigenvalue: complex, share: Participation) -> str:
     eigenvalue : complex
         1/s.
     share : Participation
-        Of the same mode.
+        Shares of the same mode.
     """
     structure = share.structure
     if _hunts(shape, eigenvalue, share):
@@ -69,7 +69,7 @@ def mode_name(shape: Shape, eigenvalue: complex, share: Participation) -> str:
 def roll_axis(shape: Shape, structure: Structure, body: str) -> float | None:
     """Return the height (m) of the axis about which a body rolls above its centre of mass.
 
-    Of what lies in phase with its roll; None where the body does not roll.
+    The lateral motion in phase with its roll counts; None if the body does not roll.
     """
     own = structure.displacements[body]
     if "y" not in own or "phi" not in own or shape[own["phi"]] == 0.0:
@@ -81,7 +81,7 @@ def roll_axis(shape: Shape, structure: Structure, body: str) -> float | None:
 
 
 def _hunts(shape: Shape, eigenvalue: complex, share: Participation) -> bool:
-    """Whether the wheelsets roll along a wave of their own, and drive what else moves."""
+    """Return whether the wheelsets roll along their own wave and drive the other bodies."""
     structure = share.structure
     everything = list(structure.roles)
     wheelsets, frames = structure.having("wheelset"), structure.having("frame")
@@ -129,7 +129,7 @@ def _hunting(shape: Shape, share: Participation) -> str:
 
 
 def _body_motion(shape: Shape, share: Participation, body: str) -> str:
-    """Return how a vehicle's body moves; lateral motion and roll together are its sway."""
+    """Return the kind of a body's motion; lateral motion and roll together are its sway."""
     lateral, roll = share.of([body], ("y",)), share.of([body], ("phi",))
     sway = lateral + roll
     others = {c: share.of([body], (c,)) for c in ("psi", "z", "theta")}
@@ -147,12 +147,12 @@ def _body_motion(shape: Shape, share: Participation, body: str) -> str:
 
 
 def _coordinate(share: Participation, bodies: Sequence[str]) -> str:
-    """Return the coordinate that has most of what some bodies have."""
+    """Return the coordinate with the largest share of some bodies."""
     return max(_MOTIONS, key=lambda c: share.of(list(bodies), (c,)))
 
 
 def _pattern(shape: Shape, structure: Structure, bodies: Sequence[str], coordinate: str) -> str:
-    """Say how bodies alike, from the front, move with each other in a coordinate."""
+    """Describe how equal bodies, from the front, move relative to each other in a coordinate."""
     own = [structure.displacements[b].get(coordinate) for b in bodies]
     moved = [shape[name] for name in own if name is not None]
     if len(moved) < 2 or len(moved) < len(bodies):

@@ -1,4 +1,4 @@
-"""How mode shapes are drawn: views of the bodies, bars, and an animation."""
+"""Drawings of mode shapes: views of the bodies, bars, and an animation."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ if TYPE_CHECKING:
     from design.stability.mode_shape import ModeShape
 
 Moving = Callable[[float], list[Any]]
-"""Places everything at a phase (rad)."""
+"""A function that places everything at a phase (rad)."""
 
 _VISIBLE = 1e-3  # of the largest displacement
 _WIDTHS = (5.2, 1.0)  # of the views from above and from behind
-_LONG = 6.0  # m between the outermost wheelsets, from which a view takes a row
-_MOST_ROLLS = 3  # bodies of which is said how they roll, the largest
+_LONG = 6.0  # m between the outermost wheelsets, above which a view takes a row
+_MOST_ROLLS = 3  # largest number of bodies whose roll is described
 
 
 def plot_bars(shape: ModeShape, ax: Axes | None = None) -> control.ControlPlot:
-    """Draw magnitude of each displacement, with its phase written above."""
+    """Draw the magnitude of each displacement, with its phase written above."""
     with style():
         ax = axes_or_new(ax)
         n = len(shape.names)
@@ -50,7 +50,7 @@ def plot_bars(shape: ModeShape, ax: Axes | None = None) -> control.ControlPlot:
 
 
 def plot_views(shape: ModeShape, ax: Axes | None, phases: Sequence[float]) -> control.ControlPlot:
-    """Draw the bodies at some phases (degrees), a row each of a long vehicle."""
+    """Draw the bodies at some phases (degrees), with a row for each if the vehicle is long."""
     chosen = [checks.number("phase", phase, unit="degrees") for phase in phases]
     if not chosen:
         raise ParameterError("phases is empty; give at least one phase, in degrees")
@@ -79,7 +79,7 @@ def plot_views(shape: ModeShape, ax: Axes | None, phases: Sequence[float]) -> co
 
 
 def _panels(shape: ModeShape, count: int) -> tuple[Figure, Any]:
-    """Return a figure with axes for some phases: two in a row, or one of a long vehicle."""
+    """Return a figure with axes for some phases: two in a row, or one for a long vehicle."""
     if _seen_from_behind(shape):
         size = (8.8, 0.8 + 1.45 * count)
         return plt.subplots(count, 2, figsize=size, squeeze=False, width_ratios=_WIDTHS)
@@ -96,7 +96,7 @@ def _long(shape: ModeShape) -> bool:
 
 
 def _seen_from_behind(shape: ModeShape) -> bool:
-    """Whether a view from behind stands beside that from above: of a whole vehicle's lateral modes."""
+    """Return whether a view from behind is added: for lateral modes of a whole vehicle."""
     assert shape.geometry is not None
     return _long(shape) and bool(shape.geometry.others) and not shape.vertical
 
@@ -121,21 +121,21 @@ def _title(shape: ModeShape) -> str:
 
 
 def _explanation(shape: ModeShape) -> str:
-    """Say what the views show."""
+    """Return an explanation of the views."""
     if shape.vertical or _seen_from_behind(shape):
         return "displacements magnified"
     return "displacements magnified; roll as a share of the largest displacement"
 
 
 def _caption(shape: ModeShape, phase: float) -> str:
-    """Say the phase, and how the bodies roll where no view shows it."""
+    """Return the phase, and the roll of the bodies if no view shows it."""
     if shape.vertical or _seen_from_behind(shape):
         return f"phase {phase:g}°"
     return f"phase {phase:g}°: {_roll(shape, math.radians(phase))}"
 
 
 def _roll(shape: ModeShape, phase: float) -> str:
-    """Say how the bodies roll, relative to the largest displacement."""
+    """Return the roll of the bodies relative to the largest displacement."""
     assert shape.geometry is not None
     moved = dict(zip(shape.names, shape.at(phase), strict=True))
     rolling = [(b.name, moved[b.phi]) for b in shape.geometry.bodies if b.phi is not None]
@@ -162,7 +162,7 @@ def animate(shape: ModeShape, frames: int, interval: float) -> FuncAnimation:
 
 
 def _moving_views(shape: ModeShape) -> tuple[Figure, Moving]:
-    """Return a figure with the views of a vehicle, and what places them at a phase (rad)."""
+    """Return a figure with the views of a vehicle, and a function that sets a phase (rad)."""
     if _seen_from_behind(shape):
         figure, axes = plt.subplots(1, 2, figsize=(8.8, 2.4), width_ratios=_WIDTHS)
     else:

@@ -1,4 +1,4 @@
-"""Mode shapes: how the bodies of a vehicle move against each other in one mode."""
+"""Mode shapes: the motion of the bodies of a vehicle relative to each other in one mode."""
 
 from __future__ import annotations
 
@@ -33,22 +33,22 @@ class ModeShape:
     Attributes
     ----------
     name : str
-        What engineers call such a mode, as "bogie hunting, in phase" or "body lower sway", told from
-        its shape (``design.stability.mode_names``). Of a model that does not name its bodies, the
-        largest displacement.
+        Engineering name of the mode, such as "bogie hunting, in phase" or "body lower sway", from its
+        shape (``design.stability.mode_names``). For a model that does not name its bodies, the largest
+        displacement.
     model_name : str
     names : tuple of str
-        The displacements, such as ``y_w1`` (m) or ``psi_w1`` (rad); all states of a model whose states
-        are not displacements and their rates.
+        The displacements, such as ``y_w1`` (m) or ``psi_w1`` (rad); all states if a model's states are
+        not displacements and their rates.
     displacements : ndarray of complex, shape (n_names,)
         Scaled so that the largest is 1. The motion is the real part of
         ``displacements * exp(eigenvalue * t)``.
     eigenvalue : complex
         1/s.
     condition : str
-        Where the mode was computed, as "speed = 116.1 m/s".
+        Condition for which the mode was computed, such as "speed = 116.1 m/s".
     geometry : Geometry or None
-        Where the bodies are; None for models that do not say it, which are drawn as a bar chart.
+        Places of the bodies; None for models without them, which are drawn as a bar chart.
     participation : Participation or None
         Shares of the bodies and of their coordinates; None for models that do not name their bodies.
     """
@@ -64,14 +64,14 @@ class ModeShape:
 
     @classmethod
     def of(cls, model: Model, vector: Complex, eigenvalue: complex, condition: str) -> Self:
-        """Take the shape from an eigenvector whose first entries are the model's states."""
+        """Return the shape of an eigenvector whose first entries are the model's states."""
         return cls.several(model, np.asarray(vector)[:, None], [eigenvalue], condition)[0]
 
     @classmethod
     def several(
         cls, model: Model, vectors: Complex, eigenvalues: Sequence[complex], condition: str
     ) -> tuple[Self, ...]:
-        """Take the shapes from eigenvectors, each a column."""
+        """Return the shapes of eigenvectors, each a column."""
         chosen, structure, geometry = displacement_rows(model), Structure.of(model), geometry_of(model)
         names = tuple(model.state_names[k] for k in chosen)
         found = []
@@ -99,7 +99,7 @@ class ModeShape:
         return -self.eigenvalue.real / max(abs(self.eigenvalue), 1e-300)
 
     def at(self, phase: float) -> NDArray[np.float64]:
-        """Return the displacements at a phase (rad) of the motion, its growth or decay left out."""
+        """Return the displacements at a phase (rad) of the motion, without growth or decay."""
         return np.asarray((self.displacements * np.exp(1j * phase)).real)
 
     def __str__(self) -> str:
@@ -115,7 +115,7 @@ class ModeShape:
 
     @property
     def vertical(self) -> bool:
-        """Whether bounce and pitch have most of the motion; False where no bodies are named."""
+        """Whether bounce and pitch have most of the motion; False if no bodies are named."""
         if self.participation is None:
             return False
         everything = list(self.participation.structure.roles)
@@ -124,13 +124,13 @@ class ModeShape:
     def roll_axis(self, body: str) -> float | None:
         """Return the height (m) above its centre of mass of the axis about which a body rolls.
 
-        It is below the centre (negative) in lower sway and above it in upper sway. None where the body
+        It is below the centre (negative) in lower sway and above it in upper sway. None if the body
         does not roll.
 
         Raises
         ------
         UnknownNameError
-            If the model names no such body that moves.
+            If the model has no such moving body.
         """
         known = self.participation.structure.displacements if self.participation else {}
         checks.known("body", [body], list(known))
@@ -143,15 +143,15 @@ class ModeShape:
     ) -> control.ControlPlot:
         """Draw the bodies at some phases of a period; models without bodies as bars.
 
-        They are seen from above; of a whole vehicle its leading end from behind as well. Where most of
-        the motion is vertical, they are seen from the side.
+        They are seen from above; the leading end of a whole vehicle also from behind. If most of the
+        motion is vertical, they are seen from the side.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
-            For the view from above or from the side: draws the first phase only, into these axes.
+            Axes for the view from above or from the side; only the first phase is drawn.
         phases : sequence of float
-            Degrees.
+            Phases, degrees.
         """
         from design.stability.mode_plots import plot_bars, plot_views
 
@@ -169,7 +169,7 @@ class ModeShape:
         Parameters
         ----------
         frames : int
-            Pictures of a period.
+            Number of pictures in a period.
         interval : float
             Time between pictures, ms.
 
@@ -184,9 +184,9 @@ class ModeShape:
 
 
 def displacement_rows(model: Model) -> list[int]:
-    """Return the places of a model's displacements: coordinates of its bodies, and whatever has a rate.
+    """Return the indices of a model's displacements: coordinates of its bodies, and states with a rate.
 
-    All states where there are none. Those of actuators and sensors are left out.
+    If there are none, return all states. Those of actuators and sensors are left out.
     """
     names = (model.plant if isinstance(model, Equipped) else model).state_names
     of_bodies = {own.get(c) for own in model.body_states.values() for c in COORDINATES}

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import control
     from matplotlib.axes import Axes
 
-_STILL = 1e-9  # of the largest eigenvalue: imaginary parts below count as none
+_STILL = 1e-9  # of the largest eigenvalue: imaginary parts below count as zero
 _TOLD = {"wheelset": "wheelsets", "frame": "frames", "body": "body", "other": "others"}
 
 
@@ -30,9 +30,9 @@ class ModeTable:
     ----------
     model_name : str
     condition : str
-        Where they are, as "96.5 m/s, tangent track".
+        Running conditions, such as "96.5 m/s, tangent track".
     shapes : tuple of ModeShape
-        Each with its name, frequency, damping ratio and shares of the bodies; it draws and animates
+        Modes with name, frequency, damping ratio and shares of the bodies; each can draw and animate
         itself.
     """
 
@@ -47,12 +47,12 @@ class ModeTable:
         return iter(self.shapes)
 
     def __getitem__(self, name: str) -> ModeShape:
-        """Return the slowest mode of a name.
+        """Return the slowest mode with a name.
 
         Raises
         ------
         UnknownNameError
-            If there is none.
+            If there is no such mode.
         """
         checks.known("mode", [name], [shape.name for shape in self.shapes])
         return next(shape for shape in self.shapes if shape.name == name)
@@ -64,13 +64,13 @@ class ModeTable:
 
     @property
     def measure(self) -> Measure | None:
-        """What the parts share, kinetic energy or squared amplitude; None without named bodies."""
+        """Measure of the shares, kinetic energy or squared amplitude; None without named bodies."""
         share = next((s.participation for s in self.shapes if s.participation), None)
         return share.measure if share else None
 
     @property
     def parts(self) -> tuple[str, ...]:
-        """Parts of the vehicle that :meth:`rows` has shares of: wheelsets, frames, body, others."""
+        """Parts of the vehicle with shares in :meth:`rows`: wheelsets, frames, body, others."""
         shares = [s.participation.roles for s in self.shapes if s.participation]
         present = {role for own in shares for role in own}
         return tuple(told for role, told in _TOLD.items() if role in present)
@@ -78,7 +78,7 @@ class ModeTable:
     def rows(self) -> list[dict[str, Any]]:
         """Return name, frequency (Hz), damping ratio and shares of the parts of each mode.
 
-        Plain numbers and strings, as JSON and tables of pandas take them.
+        They are plain numbers and strings, for JSON and pandas tables.
         """
         found = []
         for shape in self.shapes:
@@ -130,7 +130,7 @@ def modes(
     highest : float, optional
         Frequency up to which modes are listed, Hz; all of them when left out.
     controller : array_like, control.StateSpace or Feedback, optional
-        Closes the loop once per control period (:func:`design.closed_loop`).
+        Controller that closes the loop once per control period (:func:`design.closed_loop`).
     period : float, optional
         Control period, s; the controller's own, or 0.005 s.
 

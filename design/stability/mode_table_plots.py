@@ -1,4 +1,4 @@
-"""How a table of modes is drawn."""
+"""Drawings of a table of modes."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
     from design.stability.mode_table import ModeTable
 
-_HEIGHT, _REST = 0.26, 1.3  # in of a figure: a mode, and what stands around them
+_HEIGHT, _REST = 0.26, 1.3  # inches of a figure: a mode, and the space around them
 
 
 def plot_table(table: ModeTable, ax: Axes | None) -> control.ControlPlot:
-    """Draw a bar for each mode, the slowest on top, in which each part of the vehicle has its share."""
+    """Draw a bar for each mode, the slowest on top, with the share of each part of the vehicle."""
     if not len(table):
         raise ParameterError(f"{table.model_name} has no oscillating modes at {table.condition}")
     with style():

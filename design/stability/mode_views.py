@@ -1,4 +1,4 @@
-"""Views of a vehicle that moves in a mode: from above, from the side, and from behind."""
+"""Views of a vehicle moving in a mode: from above, from the side, and from behind."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _STYLES: dict[outlines.Kind, dict[str, Any]] = {
 
 
 def magnification(shape: ModeShape) -> float:
-    """Return the factor of all displacements, as in a motion that is so much larger."""
+    """Return the factor by which all displacements are magnified."""
     assert shape.geometry is not None
     sizes = [1e-6]
     for body in shape.geometry.bodies:

@@ -1,4 +1,4 @@
-"""Eigenvalues with their vectors at one value of a parameter, followed from one value to the next."""
+"""Eigenvalues and eigenvectors at values of a parameter, followed from one value to the next."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 Complex = NDArray[np.complex128]
 
-_SHAPE_WEIGHT = 0.5  # of a change of mode shape against a relative change of eigenvalue
+_SHAPE_WEIGHT = 0.5  # weight of a change of mode shape against a relative change of eigenvalue
 
 
 class Modes(NamedTuple):
@@ -23,7 +23,7 @@ class Modes(NamedTuple):
         1/s, also of a system in discrete time.
     vectors : ndarray of complex, shape (n_states, n_modes)
     state : ndarray, shape (n,)
-        Equilibrium that the system is linear about; empty where there is none.
+        Equilibrium of the linearisation; empty if there is none.
     """
 
     eigenvalues: Complex
@@ -37,7 +37,7 @@ class Modes(NamedTuple):
 
     @property
     def least_damped(self) -> int:
-        """Column of the largest real part, of a complex pair the one in the upper half plane."""
+        """Column of the largest real part; for a complex pair, the one in the upper half plane."""
         upper = np.where(self.eigenvalues.imag >= 0.0, self.eigenvalues.real, -np.inf)
         return int(np.argmax(upper))
 
@@ -47,14 +47,14 @@ class Modes(NamedTuple):
 
 
 def follow(modes: Sequence[Modes], period: float | None = None) -> list[Modes]:
-    """Put modes in the order of those before, by eigenvalue, extrapolated, and by shape.
+    """Put modes in the order of the previous ones, by extrapolated eigenvalue and by shape.
 
     Parameters
     ----------
     modes : sequence of Modes
-        At neighbouring values of a parameter.
+        Modes at neighbouring values of a parameter.
     period : float, optional
-        Period (s) of a system in discrete time: imaginary parts that differ by 2 pi / period are alike.
+        Period (s) of a system in discrete time, where imaginary parts are equal modulo 2 pi / period.
     """
     from scipy.optimize import linear_sum_assignment
 

@@ -1,4 +1,4 @@
-"""Lines that show a vehicle whose bodies have moved: from above, from the side, and from behind.
+"""Lines of a vehicle with displaced bodies: from above, from the side, and from behind.
 
 Displacements may be numbers, or arrays of them over phases or time; the lines then have one more axis.
 """
@@ -38,11 +38,11 @@ class Line(NamedTuple):
     Attributes
     ----------
     name : str
-        One of its own, the same at all times.
+        Unique name, the same at all times.
     kind : {"body", "frame", "axle", "wheels", "wheel", "centre"}
-        What it shows.
+        What the line shows.
     points : ndarray of complex, shape (n_points,) or (n_times, n_points)
-        To the right and, as the imaginary part, upwards in the picture, m; NaN where it has a gap.
+        Points to the right and, as the imaginary part, upwards in the picture, m; NaN at a gap.
     """
 
     name: str
@@ -57,16 +57,16 @@ def lines(geometry: Geometry, view: View, moved: Moved) -> list[Line]:
     ----------
     geometry : Geometry
     view : {"plan", "side", "front"}
-        From above, running to the right; from the right; or the leading end from behind, left is left.
+        From above, running to the right; from the right; or the leading end from behind.
     moved : mapping of str to array_like
-        Displacements (m, rad) as they are drawn, by the names that the geometry has for them.
+        Displacements (m, rad) as drawn, by their names in the geometry.
     """
     drawn = {"plan": _plan, "side": _side, "front": _front}
     return list(drawn[view](geometry, moved))
 
 
 def along(geometry: Geometry) -> tuple[float, float]:
-    """Return where along the track a view of a whole vehicle starts and ends, m."""
+    """Return the start and end of a whole vehicle's view along the track, m."""
     ends = [(w.x, _OVERHANG) for w in geometry.wheelsets]
     ends += [(b.x, b.half_length + _CLEAR) for b in (*geometry.frames, *geometry.others)]
     return min(x - reach for x, reach in ends), max(x + reach for x, reach in ends)
@@ -116,7 +116,7 @@ def _side(geometry: Geometry, moved: Moved) -> Iterator[Line]:
 
 
 def _front(geometry: Geometry, moved: Moved) -> Iterator[Line]:
-    """Yield the leading end; of a body its end over the leading bogie, which yaw moves too."""
+    """Yield the leading end; for a body its end over the leading bogie, which yaw also moves."""
     a, radius = geometry.half_gauge, geometry.wheel_radius
 
     def placed(name: str, kind: Kind, body: Outline, points: Sequence[complex], ahead: float) -> Line:

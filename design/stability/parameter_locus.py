@@ -70,22 +70,22 @@ def parameter_locus(
     radius, cant : float
         Curve radius (m; ``math.inf`` is tangent track, negative the other hand) and cant (rad).
     controller : array_like, control.StateSpace or Feedback, optional
-        Closes the loop once per control period (:func:`design.closed_loop`).
+        Controller that closes the loop once per control period (:func:`design.closed_loop`).
     period : float, optional
         Control period, s; the controller's own, or 0.005 s.
 
     Returns
     -------
     ParameterLocus
-        If there is no equilibrium from some value on, the locus ends there, with a warning, and
-        ``ended`` says why.
+        If the equilibrium ends at some value, the locus ends there, with a warning, and ``ended`` says
+        why.
 
     Raises
     ------
     UnknownNameError
-        If the model has no such parameter, or "gain" is asked for without a controller.
+        If the model has no such parameter, or "gain" is requested without a controller.
     EquilibriumError
-        If there is no equilibrium at the second value already.
+        If there is no equilibrium even at the second value.
 
     Examples
     --------
@@ -165,7 +165,7 @@ class _Parameters:
         return changed, dynamics(changed, self.controller, self.own_period, self.least_memory)
 
     def memory(self, value: float) -> int:
-        """Return for how many periods commands are states of the map at a value."""
+        """Return the number of periods for which commands are states of the map at a value."""
         found = self.at(value)[1]
         return found.memory if isinstance(found, SampledDynamics) else 0
 

@@ -1,4 +1,4 @@
-"""How much each body and coordinate of a vehicle takes part in a mode."""
+"""Participation of each body and coordinate of a vehicle in a mode."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ _ANGLES = ("phi", "theta", "psi")
 
 @dataclass(frozen=True)
 class Structure:
-    """What of a vehicle names and shares of its modes are told from.
+    """The data of a vehicle from which names and shares of its modes follow.
 
     Attributes
     ----------
     roles : mapping of str to {"wheelset", "frame", "body", "other"}
-        Of each body that moves.
+        Role of each body that moves.
     displacements : mapping of str to mapping of str to str
         Name of each coordinate (``y``, ``psi``) of each body.
     weights : mapping of str to float
-        What the squared displacements count: masses (kg) and moments of inertia (kg m^2).
+        Weights of squared displacements: masses (kg) and moments of inertia (kg m^2).
     places : mapping of str to float
         Place along the vehicle of each body, m.
     measure : {"kinetic energy", "squared amplitude"}
-        What is shared. Equations of one's own tell no masses: their squared amplitudes count, angles
-        at half the gauge.
+        Quantity that is shared. A user's own equations give no masses: their squared amplitudes count,
+        angles at half the gauge.
     """
 
     roles: Mapping[str, Role]
@@ -43,7 +43,7 @@ class Structure:
 
     @classmethod
     def of(cls, model: Model) -> Self | None:
-        """Return that of a model; None where it does not name its bodies."""
+        """Return the structure of a model; None if it does not name its bodies."""
         states, inertias, guided = model.body_states, model.body_inertias, model.guided
         if not states:
             return None
@@ -65,7 +65,7 @@ class Structure:
         return sorted(found, key=lambda name: -self.places[name])
 
     def shares(self, shape: Mapping[str, complex]) -> Participation:
-        """Return how much each displacement takes part in a mode."""
+        """Return the participation of each displacement in a mode."""
         parts = {name: weight * abs(shape[name]) ** 2 for name, weight in self.weights.items()}
         total = sum(parts.values()) or 1.0
         return Participation({name: part / total for name, part in parts.items()}, self)
@@ -78,8 +78,8 @@ class Participation:
     Attributes
     ----------
     shares : mapping of str to float
-        Of each displacement, such as ``y_w1``; they add up to 1. All displacements of a mode have one
-        frequency, so shares of kinetic energy are those of mass times squared amplitude.
+        Share of each displacement, such as ``y_w1``; they add up to 1. All displacements of a mode have
+        the same frequency, so shares of kinetic energy are those of mass times squared amplitude.
     structure : Structure
     """
 
@@ -88,7 +88,7 @@ class Participation:
 
     @property
     def measure(self) -> Measure:
-        """What is shared: kinetic energy, or squared amplitude where no masses are known."""
+        """Quantity that is shared: kinetic energy, or squared amplitude if no masses are known."""
         return self.structure.measure
 
     @property
@@ -99,7 +99,7 @@ class Participation:
 
     @property
     def roles(self) -> dict[Role, float]:
-        """Share of the wheelsets, the frames, the bodies and of what else there is, each as a whole."""
+        """Total share of the wheelsets, of the frames, of the bodies and of any others."""
         found: dict[Role, float] = {}
         for name, share in self.bodies.items():
             role = self.structure.roles[name]
@@ -112,7 +112,7 @@ class Participation:
         Raises
         ------
         UnknownNameError
-            If a body is none that moves.
+            If a body is not a moving one.
         """
         own = self.structure.displacements
         checks.known("body", bodies, list(own))

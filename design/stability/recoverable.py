@@ -1,12 +1,12 @@
-"""What actuators of limited moment can bring back: a bound for every controller, whatever it knows.
+"""Motions that actuators of limited moment can bring back: a bound for every controller.
 
 In an unstable mode z' = lambda z + sum b_i u_i with |u_i| <= U_i only motions within a bounded region
 can be brought back to rest (T. Hu, Z. Lin, L. Qiu: An explicit description of null controllable regions
 of linear systems with saturating actuators, Systems & Control Letters 47, 2002). Its half width in the
 direction phi is the integral of exp(-alpha t) sum U_i |b_i| |cos(omega t + phi - arg b_i)|, with
-lambda = alpha + i omega; where a mode grows slowly, nearly 2 / pi sum U_i |b_i| / alpha. A larger
-motion grows on under any command, so a linear critical speed beyond the one at which the track itself
-moves the vehicle that far is one on paper.
+lambda = alpha + i omega; for a slowly growing mode, it is nearly 2 / pi sum U_i |b_i| / alpha. A larger
+motion grows under any command, so a linear critical speed has no practical meaning beyond the speed at
+which the track itself moves the vehicle that far.
 """
 
 from __future__ import annotations
@@ -31,18 +31,18 @@ _OSCILLATES = 1e-6  # of a mode's eigenvalue, as imaginary part
 
 @dataclass(frozen=True)
 class Recoverable:
-    """An unstable mode, and what of it the actuators can bring back.
+    """An unstable mode, and the amplitude that the actuators can bring back.
 
     Attributes
     ----------
     growth : float
-        1/s, with commands at rest.
+        Growth rate with commands at rest, 1/s.
     frequency : float
         Hz.
     body : str
-        Wheelset (or body, where there is none) whose lateral motion is largest in the mode.
+        Wheelset (or body, if there is none) whose lateral motion is largest in the mode.
     amplitude : float
-        m, largest amplitude of that motion from which any commands within the limits lead back to rest.
+        Largest amplitude of that motion from which commands within the limits can lead back to rest, m.
     """
 
     growth: float
@@ -60,10 +60,10 @@ class Recoverable:
 def recoverable_amplitudes(
     model: Equipped, *, speed: float, radius: float = math.inf, cant: float = 0.0
 ) -> tuple[Recoverable, ...]:
-    """Return what the actuators can bring back of each unstable mode, the least first.
+    """Return the amplitude of each unstable mode that actuators can bring back, the least first.
 
-    Each mode is looked at as if the others were at rest, so each number is a bound by itself. The
-    transport delay counts: until a first command acts, the motion has grown.
+    Each mode is considered as if the others were at rest, so each number is a separate bound. The
+    transport delay counts: the motion grows until a first command acts.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def recoverable_amplitudes(
     Returns
     -------
     tuple of Recoverable
-        Empty where the vehicle is stable.
+        The unstable modes; empty if the vehicle is stable.
 
     Raises
     ------
@@ -117,7 +117,7 @@ def recoverable_amplitudes(
 
 
 def _half_width(eigenvalue: complex, pushes: Complex) -> float:
-    """Return the largest half width of the region of a mode from which commands lead back."""
+    """Return the largest half width of a mode's region from which commands lead back."""
     growth, turn = eigenvalue.real, eigenvalue.imag
     if turn <= _OSCILLATES * abs(eigenvalue):
         return float(np.abs(pushes).sum() / growth)

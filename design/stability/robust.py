@@ -1,9 +1,9 @@
-"""Robust critical speed: up to where a closed loop is stable for every vehicle of a box.
+"""Robust critical speed: the speed up to which a closed loop is stable for every vehicle of a box.
 
 The box is sampled (corners, middle, low-discrepancy points) and the worst places are refined by local
 searches, once over the critical speed and once over the growth rate below it, which finds unstable
-ranges of speed that the samples step over. That is a search, not a proof: it gives an upper bound that
-is tight where it has looked. A structured singular value would bound it from the other side.
+ranges of speed that the samples miss. This is a search, not a proof: it gives an upper bound, which is
+tight near its samples. A structured singular value would give a lower bound.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 LOWEST_SPEED = 20.0
-"""m/s, from which a closed loop has to be stable."""
+"""Speed above which a closed loop has to be stable, m/s."""
 
-_MOST_CORNERS = 6  # of a box in more dimensions, corners are left to chance
+_MOST_CORNERS = 6  # in a box with more dimensions, corners are only sampled at random
 _SPEED_TOLERANCE = 1e-3
-_SPEEDS = 24  # at which growth rates are looked at
+_SPEEDS = 24  # number of speeds at which growth rates are computed
 _STARTS = 2  # local searches
 _ROUNDS = 3
-_EVALUATIONS = 12  # of a local search, for each dimension and one more
+_EVALUATIONS = 12  # for a local search, times the number of dimensions plus one
 
 
 @dataclass(frozen=True)
@@ -53,15 +53,15 @@ class RobustCriticalSpeed:
     Attributes
     ----------
     speed : float or None
-        m/s; None if a vehicle is unstable at the lowest speed already. If none loses stability, the
+        m/s; None if a vehicle is unstable at the lowest speed. If none loses stability, the
         highest speed searched.
     worst : mapping of str to float
-        The vehicle that sets it, by the varied quantities.
+        The vehicle that determines it, by the varied quantities.
     result : CriticalSpeed or None
-        How that vehicle loses stability; None if it has no running equilibrium at the lowest speed.
+        Loss of stability of that vehicle; None if it has no running equilibrium at the lowest speed.
     box : mapping of str to (float, float)
     samples : tuple of (mapping, float)
-        Every vehicle looked at, with the speed up to which it is stable (or was looked at); 0 if it is
+        Every vehicle tried, with the speed up to which it is stable (or was searched); 0 if it is
         unstable at the lowest speed.
     speed_range : (float, float)
         m/s.
@@ -96,11 +96,11 @@ class RobustCriticalSpeed:
         if self.speed is None:
             return f"unstable already at {self.speed_range[0]:g} m/s with {vehicle}"
         if not self.limited:
-            return f"stable up to {self.speed:g} m/s with every vehicle looked at"
+            return f"stable up to {self.speed:g} m/s with every vehicle tried"
         return f"stable up to {self.speed:.2f} m/s; the worst vehicle has {vehicle}"
 
     def plot(self, ax: Axes | None = None, parameter: str | None = None) -> control.ControlPlot:
-        """Draw the speeds of all vehicles looked at over one varied quantity."""
+        """Draw the speeds of all vehicles tried over one varied quantity."""
         from design.stability.robust_plots import plot_robust
 
         return plot_robust(self, parameter or next(iter(self.box)), ax)
@@ -125,7 +125,7 @@ def robust_critical_speed(
     Parameters
     ----------
     model : Model
-        Varied by ``model.replace``; the controller stays as it is.
+        Model, varied with ``model.replace``; the controller does not change.
     controller : array_like, control.StateSpace, Feedback or None
         See :func:`design.closed_loop`; None for the vehicle alone.
     box : mapping of str to (float, float)
@@ -134,15 +134,15 @@ def robust_critical_speed(
     radius, cant : float
         Curve radius (m; ``math.inf`` is tangent track, negative the other hand) and cant (rad).
     speed_range : (float, float)
-        The loop has to be stable from the lowest speed on, m/s.
+        Range of speeds, m/s; the loop has to be stable from the lowest one.
     period : float, optional
         Control period, s; the controller's own, or 0.005 s.
     longest_step : float, optional
         Longest step between sampled speeds, as in :func:`design.critical_speed`.
     samples : int
-        Vehicles to start from, beside the corners and the middle of the box.
+        Number of vehicles to start from, beside the corners and the middle of the box.
     seed : int
-        Of the sampling.
+        Seed of the sampling.
     progress : bool
         Show a progress bar.
 
@@ -176,7 +176,7 @@ def _checked(model: Model, box: Mapping[str, tuple[float, float]]) -> dict[str, 
     for name, ends in ranges.items():
         result[name] = checks.interval(f"box[{name!r}]", ends)
         for end in result[name]:
-            model.replace(**{name: end})  # raises where it is not allowed
+            model.replace(**{name: end})  # raises if it is not allowed
     return result
 
 
@@ -229,12 +229,12 @@ class _Search:
     def stable_up_to(self, point: Array, below: float | None = None) -> float:
         """Return the speed (m/s) up to which a vehicle is stable, 0 if not even at the lowest.
 
-        Speeds beyond ``below`` (those of the worst vehicle so far when left out) are not looked at.
+        Speeds beyond ``below`` (by default that of the worst vehicle so far) are not searched.
         """
         low, high = self.speed_range
         if below is None:
             below = min([high, *(1.05 * speed for _, speed in self.found)])
-        if below <= low:  # the worst that can be has been found
+        if below <= low:  # the worst possible vehicle has been found
             return 0.0
         try:
             result = critical_speed(
@@ -325,7 +325,7 @@ class _Search:
         return float(max(rates))
 
     def result(self) -> RobustCriticalSpeed:
-        """Return what was found."""
+        """Return the result."""
         low, high = self.speed_range
         point, speed = self.worst
         return RobustCriticalSpeed(

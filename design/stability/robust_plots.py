@@ -1,4 +1,4 @@
-"""How a robust critical speed is drawn."""
+"""Drawings of a robust critical speed."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def plot_robust(
         ax = axes_or_new(ax)
         values = [vehicle[parameter] for vehicle, _ in result.samples]
         speeds = [speed for _, speed in result.samples]
-        ax.plot(values, speeds, ".", color=STABLE, ms=6, label="vehicles looked at")
+        ax.plot(values, speeds, ".", color=STABLE, ms=6, label="vehicles tried")
         if result.speed is not None:
             ax.plot(
                 result.worst[parameter],

@@ -1,4 +1,4 @@
-"""Which part of a vehicle each body is, told from what joins them: wheelset, frame, body or another."""
+"""Roles of the bodies of a vehicle, from the elements between them: wheelset, frame, body or other."""
 
 from __future__ import annotations
 
@@ -12,17 +12,16 @@ from railenv.vehicles.assembly import Assembly
 
 Role = Literal["wheelset", "frame", "body", "other"]
 
-_LIGHT = 0.5  # of the heaviest: lighter masses on or between frames and body are no vehicle bodies
+_LIGHT = 0.5  # of the heaviest: lighter masses on or between frames and body are not vehicle bodies
 
 
 def roles_of(model: Model) -> dict[str, Role]:
     """Return the role of each body that moves.
 
-    A frame is sprung to wheelsets and to something above: a body that is heavier, or one at rest. What
-    is sprung to wheelsets only (as in a two-axle wagon) and what stands on lighter frames is a body.
-    Light masses on or between them, such as a motor or a bolster, are others. Equations of one's own do
-    not tell what joins their bodies: there, a frame is a body that stands over wheelsets as no other is
-    nearer to.
+    A frame is sprung to wheelsets and to a heavier body above, or one at rest. A body is sprung to
+    wheelsets only (as in a two-axle wagon) or stands on lighter frames. Light masses on or between
+    them, such as a motor or a bolster, are others. A user's own equations do not give the elements
+    between bodies: there, a frame is the body nearest to some wheelsets.
     """
     plant = model.plant if isinstance(model, Equipped) else model
     wheelsets = [g.name for g in plant.guided]
@@ -37,7 +36,7 @@ def roles_of(model: Model) -> dict[str, Role]:
 
 
 def over_wheelsets(model: Model, bodies: Iterable[str]) -> dict[str, list[float]]:
-    """Return for each of some bodies the distances (m) to the wheelsets that no other is nearer to."""
+    """Return for each of some bodies the distances (m) to the wheelsets to which it is nearest."""
     places = model.body_places
     over: dict[str, list[float]] = {name: [] for name in bodies}
     for wheelset in model.guided if over else ():
@@ -49,7 +48,7 @@ def over_wheelsets(model: Model, bodies: Iterable[str]) -> dict[str, list[float]
 def _by_elements(
     assembly: Assembly, wheelsets: list[str], rest: list[str], masses: Mapping[str, float]
 ) -> dict[str, Role]:
-    """Return the roles of bodies that are no wheelsets, from the elements that join them."""
+    """Return the roles of bodies that are not wheelsets, from the elements that join them."""
     joined = {name: set(neighbours(assembly, name)) for name in rest}
     over = [name for name in rest if joined[name] & set(wheelsets)]
     above = [name for name in rest if name not in over]
@@ -69,7 +68,7 @@ def _by_elements(
 
 
 def _reached(start: Iterable[str], within: Iterable[str], joined: Mapping[str, set[str]]) -> set[str]:
-    """Return which of some bodies a chain of elements leads to, through these bodies alone."""
+    """Return those of some bodies that a chain of elements reaches through these bodies alone."""
     allowed = set(within)
     found = set(start) & allowed
     while more := {n for name in found for n in joined[name] & allowed} - found:

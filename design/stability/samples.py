@@ -1,7 +1,7 @@
 """Modes sampled along a line, and the rates at which they change; the branch of equilibria over speed.
 
-Along the branch the rates are exact but for the derivative of the matrix, which is a difference over a
-tiny step.
+Along the branch the rates are exact except for the derivative of the matrix, which is a difference over
+a tiny step.
 """
 
 from __future__ import annotations
@@ -24,12 +24,10 @@ ALIKE = 1e-6
 """Eigenvalues that differ by less than this fraction of the largest count as one."""
 
 _TINY_STEP = 1e-5  # units of arclength, over which the matrix is differentiated
-_FORGOTTEN = 0.4  # multipliers smaller than this count as this: what a map forgets within some periods
-_NOISE = 1e3 * float(
-    np.finfo(float).eps
-)  # of a map: what rounding, and what follows from it, may change
+_FORGOTTEN = 0.4  # smaller multipliers count as this: parts that a map forgets within some periods
+_NOISE = 1e3 * float(np.finfo(float).eps)  # for a map: the possible effect of rounding
 _ZERO = 1e-9  # growth rates below this, times the root of the largest derivative, are rounding error
-_ROUNDING = 1e-10  # of the largest derivative: what differences of growth rates may be wrong by
+_ROUNDING = 1e-10  # of the largest derivative: possible error of differences of growth rates
 
 
 class Spectral(Protocol):
@@ -37,11 +35,11 @@ class Spectral(Protocol):
 
     @property
     def values(self) -> Complex:
-        """Eigenvalues."""
+        """Return the eigenvalues."""
 
     @property
     def rates(self) -> Complex:
-        """Their derivatives with respect to the arclength along the line."""
+        """Return their derivatives with respect to the arclength along the line."""
 
     def vector(self, k: int) -> Complex:
         """Return the right eigenvector of an eigenvalue."""
@@ -53,17 +51,17 @@ class Sample(NamedTuple):
     Attributes
     ----------
     point : Point or float
-        Of a branch of equilibria; value of a parameter.
+        Point of a branch of equilibria, or value of a parameter.
     spectrum : Spectral
     growth, growth_rates : ndarray, shape (n_modes,)
         Growth rates (1/s), and their derivatives.
     real, unstable, damped : ndarray of bool, shape (n_modes,)
-        Which eigenvalues are real (or forgotten within some periods), which modes grow, and which die
-        out within a cycle.
+        Whether eigenvalues are real (or forgotten within some periods), modes grow, and modes die out
+        within a cycle.
     zero : float
         Growth rate (1/s) up to which a mode does not count as unstable, within rounding.
     rounding : float
-        1/s, what may be wrong with a difference of growth rates.
+        Possible error of a difference of growth rates, 1/s.
     """
 
     point: Any
@@ -107,16 +105,16 @@ class Line(Protocol):
         """Return the arclength per fraction of the way from a to b, at both."""
 
     def reach(self, sample: Sample) -> float:
-        """Return by how much a place changes per arclength, in the measure of :meth:`gap`."""
+        """Return the change of a place per arclength, in the measure of :meth:`gap`."""
 
     def gap(self, a: Sample, b: Sample) -> float:
-        """Return how far apart two places are, relative to what they are measured by."""
+        """Return the relative distance of two places."""
 
 
 def growing(
     values: Complex, rates: Complex, period: float | None, forgotten: float = _FORGOTTEN
 ) -> tuple[Array, Array]:
-    """Return the growth rates (1/s) of eigenvalues or multipliers, and how fast they change."""
+    """Return the growth rates (1/s) of eigenvalues or multipliers, and their rates of change."""
     if period is None:
         return values.real, rates.real
     size = np.abs(values)
@@ -129,8 +127,8 @@ def forgotten_within(matrix: Array) -> float:
     """Return the magnitude of a map's multipliers below which they are rounding.
 
     A shift register of n periods has the multiplier 0, n times; rounding errors of size e move these
-    to magnitudes of ``e**(1 / n)``, where they change wildly from one map to the next. The longest
-    register is found in the matrix, by its rows that only hand on another state.
+    to magnitudes of ``e**(1 / n)``, where they change erratically from one map to the next. The longest
+    register is found in the matrix, by its rows that only pass on another state.
     """
     single = (matrix != 0.0).sum(axis=1) == 1
     source = np.abs(matrix).argmax(axis=1)
@@ -162,16 +160,16 @@ def samples_of(
     period : float or None
         s.
     sizes : ndarray
-        Of what the eigenvalues are of: largest entries, or largest eigenvalues.
+        Sizes of the matrices: largest entries, or largest eigenvalues.
     forgotten : float
-        Multipliers smaller than this count as this.
+        Smaller multipliers count as this.
     """
     values = np.array([spectrum.values for spectrum in spectra])
     rates = np.array([spectrum.rates for spectrum in spectra])
     growth, growth_rates = growing(values, rates, period, forgotten)
     largest = np.maximum(sizes, 1.0)
     zero = _ZERO * np.sqrt(largest)
-    # A controller that looks at many past readings has as many modes there, which change wildly.
+    # A controller that reads many past readings has as many modes there, which change erratically.
     lost = False if period is None else np.abs(values) <= forgotten
     frequencies = np.abs(values.imag if period is None else np.angle(values) / period)
     return [

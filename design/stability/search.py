@@ -24,12 +24,12 @@ from railenv.equilibrium import Branch, Equilibrium, Point, SpeedPath, Stuck, fi
 from railenv.errors import EquilibriumError
 from railenv.models import Model
 
-_ROOT = 1e-8  # of a step, how close a fold is located
+_ROOT = 1e-8  # of a step: accuracy of a fold
 _FIRST = 0.25  # of the first step: the first sample in it
-_AT_ONCE = 16  # samples, at the most, that are computed at once: faster than one by one
-_REAL = 1e-3  # imaginary parts below this fraction of the largest count as none at a fold
+_AT_ONCE = 16  # largest number of samples computed at once, which is faster than one by one
+_REAL = 1e-3  # imaginary parts below this fraction of the largest count as zero at a fold
 _CLOSED_LOOP_STEP = 0.06  # of the logarithm of the speed: controllers can have narrow unstable ranges
-_LONGEST = 1.0  # the largest step that may be asked for
+_LONGEST = 1.0  # largest step allowed
 _CLOSE = 0.05  # of a step: crossings of the axis expected closer than this are all located
 _SAME = 1e-7  # relative difference of speeds of one crossing
 
@@ -59,7 +59,7 @@ class Search:
         Raises
         ------
         EquilibriumError
-            If there is none.
+            If there is no equilibrium.
         """
         low, high = checks.speeds(speed_range)
         u = checks.vector("inputs", inputs, model.input_names)
@@ -90,7 +90,7 @@ class Search:
         return self._result("none", None)
 
     def pairs(self) -> tuple[CriticalSpeed, ...]:
-        """Return the crossings of all complex pairs up to where the branch ends or turns back."""
+        """Return the crossings of all complex pairs up to the end or the first turn of the branch."""
         found: list[CriticalSpeed] = []
         try:
             for step in followed(self.line, self._groups()):
@@ -106,10 +106,10 @@ class Search:
         return tuple(replace(each, sampled=self._sampled()) for each in found)
 
     def _groups(self) -> Iterator[list[Sample]]:
-        """Yield samples along the branch, some at once.
+        """Yield samples along the branch, in groups.
 
-        The first step, which nothing before it can judge, is short. What ends the branch is raised when
-        what lies before it is judged.
+        The first step, which cannot be checked against a previous one, is short. An error at the end of
+        the branch is raised after the samples before it are checked.
         """
         branch, (low, high) = self.line.branch, self.speed_range
         points = branch.points(branch.start(self.start.state, math.log(low)), math.log(high))
@@ -130,7 +130,7 @@ class Search:
     def _sampled_at(self, points: list[Point]) -> Iterator[list[Sample]]:
         """Yield the samples at points, one by one if not all of them have a linear system.
 
-        An error then is raised when what lies before is judged.
+        An error is then raised after the samples before it are checked.
         """
         try:
             group = self.line.samples(points)
@@ -141,7 +141,7 @@ class Search:
             yield group
 
     def _gathered(self, points: Iterator[Point], most: int) -> tuple[list[Point], Stuck | None]:
-        """Return some more points, up to one beyond a fold, and what ended them."""
+        """Return some more points, up to one beyond a fold, and the reason if they ended."""
         group: list[Point] = []
         try:
             for point in islice(points, most):
@@ -153,7 +153,7 @@ class Search:
         return group, None
 
     def _crossings(self, step: Step, modes: NDArray[np.bool_]) -> list[tuple[Sample, int]]:
-        """Locate where some modes cross the axis within a step, in order; of a pair, one."""
+        """Locate in order where some modes cross the axis within a step; one for each pair."""
         at = [located(self.line, step, k) for k in upper(step, modes)]
         return sorted(at, key=lambda found: _way(step, found[0].point))
 
@@ -169,9 +169,9 @@ class Search:
         return min(at, key=lambda found: _way(step, found[0].point))
 
     def _at_fold(self, step: Step, lost: tuple[Sample, int] | None) -> CriticalSpeed:
-        """Tell a loss of stability in a step that turns back from the fold in it.
+        """Distinguish a loss of stability, in a step that turns back, from the fold in it.
 
-        At a fold too a real eigenvalue crosses zero.
+        A real eigenvalue crosses zero at a fold too.
         """
         a, b = step.a.point, step.b.point
 
@@ -202,7 +202,7 @@ class Search:
         return np.unique(self.line.speeds)
 
     def _result(self, loss: Loss, sample: Sample | None, k: int | None = None) -> CriticalSpeed:
-        """Say what was found; ``k`` is the critical mode, the least damped one where it is None."""
+        """Return the result; ``k`` is the critical mode, the least damped one if None."""
         found = CriticalSpeed(
             loss=loss,
             speed=None,
@@ -256,7 +256,7 @@ class Search:
 
 
 def _until_crossing(sample: Sample) -> int:
-    """Return how many steps to take at once: no more than until a mode is about to cross the axis."""
+    """Return the number of steps to take at once, before a mode is about to cross the axis."""
     with np.errstate(divide="ignore", invalid="ignore"):
         distances = -sample.growth / sample.growth_rates
     nearest = float(np.min(distances, where=distances > 0.0, initial=_AT_ONCE))
@@ -264,14 +264,14 @@ def _until_crossing(sample: Sample) -> int:
 
 
 def _way(step: Step, point: Point) -> float:
-    """Return the fraction of the way from a step's start to its end at which a point of it lies."""
+    """Return the position of a point as a fraction of the way from a step's start to its end."""
     a, b = step.a.point, step.b.point
     chord = (b.position - a.position) / a.scale
     return float(chord @ ((point.position - a.position) / a.scale) / (chord @ chord))
 
 
 def _same(one: CriticalSpeed, other: CriticalSpeed) -> bool:
-    """Whether two crossings are one, of a multiple pair."""
+    """Return whether two crossings are the same one of a multiple pair."""
     assert one.speed is not None
     assert other.speed is not None
     assert one.eigenvalue is not None

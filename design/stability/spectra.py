@@ -1,4 +1,4 @@
-"""Eigenvalues of matrices and their derivatives as these change."""
+"""Eigenvalues of changing matrices, and their derivatives."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from scipy.linalg import lapack
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-_WORTH_IT = 40  # states from which looking for parts takes less time than it saves
-_COUPLED = 4.0 * float(np.finfo(float).eps)  # of a balanced matrix's norm: what is less is rounding
+_WORTH_IT = 40  # number of states above which a search for parts saves time
+_COUPLED = 4.0 * float(np.finfo(float).eps)  # of a balanced matrix's norm: smaller entries are rounding
 
 
 class Spectrum(NamedTuple):
@@ -21,9 +21,9 @@ class Spectrum(NamedTuple):
     Attributes
     ----------
     values, rates : ndarray of complex, shape (n,)
-        Of a pair, the eigenvalue in the upper half plane stands just before the other.
+        In a pair, the eigenvalue in the upper half plane comes just before the other.
     packed : ndarray, shape (n, n)
-        Vectors as LAPACK gives them: of a pair, real and imaginary parts side by side.
+        Vectors from LAPACK: for a pair, real and imaginary parts side by side.
     """
 
     values: Complex
@@ -40,11 +40,11 @@ class Spectrum(NamedTuple):
 
 
 class Spectra:
-    """Finds the spectra of matrices that are alike.
+    """The computation of spectra of similar matrices.
 
-    Where some states do not move others, each part is solved by itself. That is seen at the first
-    matrix, and again where it no longer holds; couplings of less than rounding error, of which
-    eigenvalues take no notice, are none.
+    If some states do not move others, each part is solved separately. The parts are found at the first
+    matrix, and again when they no longer hold; couplings below rounding error, which do not affect
+    eigenvalues, are ignored.
     """
 
     def __init__(self) -> None:
@@ -52,10 +52,10 @@ class Spectra:
         self._apart: NDArray[np.bool_] | None = None
 
     def of(self, matrices: list[Array], changes: list[Array]) -> list[Spectrum]:
-        """Return the spectra of matrices, and how they change with them.
+        """Return the spectra of matrices, and their changes with the matrices.
 
         The derivative of an eigenvalue is that of the matrix between its left and right eigenvectors.
-        Where two eigenvalues meet there is none, and it is any finite number.
+        Where two eigenvalues meet it does not exist, and the result is any finite number.
 
         Raises
         ------
@@ -111,7 +111,7 @@ def _solved(matrix: Array) -> tuple[Array, Array, Array, Array]:
 
 
 def between(left: Array, right: Array, first: NDArray[np.bool_]) -> Complex:
-    """Return the products of conjugate left vectors with right ones, both as LAPACK packs them.
+    """Return the products of conjugate left vectors with right ones, both packed as by LAPACK.
 
     With x + iy on the left and u + iv on the right they are x u + y v + i (x v - y u).
 
@@ -119,7 +119,7 @@ def between(left: Array, right: Array, first: NDArray[np.bool_]) -> Complex:
     ----------
     left, right : ndarray, shape (..., n, n)
     first : ndarray of bool, shape (..., n)
-        Which columns are the first of a pair.
+        Whether columns are the first of a pair.
     """
     along = (left * right).sum(axis=-2)
     across = left[..., :-1] * right[..., 1:]

@@ -41,7 +41,7 @@ class CurveSweep:
 
     @property
     def speed(self) -> NDArray[np.float64]:
-        """Critical speed (m/s) at each radius; NaN where there is none."""
+        """Critical speed (m/s) at each radius; NaN if there is none."""
         return np.array([np.nan if r.speed is None else r.speed for r in self.results])
 
     @property
@@ -51,13 +51,13 @@ class CurveSweep:
 
     @property
     def frequency(self) -> NDArray[np.float64]:
-        """Hunting frequency (Hz) at each radius; NaN where stability is not lost by hunting."""
+        """Hunting frequency (Hz) at each radius; NaN if stability is not lost by hunting."""
         return np.array([np.nan if r.frequency is None else r.frequency for r in self.results])
 
     def plot(
         self, ax: Axes | None = None, label: str | None = None, color: str | None = None
     ) -> control.ControlPlot:
-        """Draw critical speed over radius; the marker tells what ends steady running."""
+        """Draw critical speed over radius; markers show how steady running ends."""
         from design.stability.sweep_plots import plot_sweep
 
         return plot_sweep(self, ax, label, color)

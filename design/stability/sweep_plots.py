@@ -1,4 +1,4 @@
-"""How critical speeds over the curve radius are drawn."""
+"""Drawings of critical speeds over the curve radius."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ LOSS_MARKERS = {
     "end": ("x", "equilibrium ends, a wheel lifts"),
     "none": ("2", "stable to the end of the range"),
 }
-"""Marker and legend of each way in which steady running ends."""
+"""Marker and legend of each kind of end of steady running."""
 
 
 def plot_sweep(
     sweep: CurveSweep, ax: Axes | None = None, label: str | None = None, color: str | None = None
 ) -> control.ControlPlot:
-    """Draw critical speed over radius; what ends steady running is told by the marker."""
+    """Draw critical speed over radius; markers show how steady running ends."""
     with style():
         ax = axes_or_new(ax)
         color = color or SERIES[0]

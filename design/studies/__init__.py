@@ -1,1 +1,1 @@
-"""Studies over many cells in parallel, what they keep on disk, stability maps."""
+"""Studies over many cells in parallel, their stored results, stability maps."""

@@ -1,4 +1,4 @@
-"""What a cell of a stability map holds, and what it depends on."""
+"""The content of a stability map's cells, and its dependencies."""
 
 from __future__ import annotations
 
@@ -32,30 +32,30 @@ Cell = tuple[float, ...]
 """A value of each varied parameter, in their order."""
 
 _PROBES = 6  # signals at which the settings of a study sample a controller
-_DIGITS = 9  # of what it answers; the last ones depend on the machine
+_DIGITS = 9  # of its answers; further ones depend on the machine
 _COMMAND = 1e3  # N m, size of past commands in probes
 
 
 @dataclass(frozen=True)
 class CellFunction:
-    """Computes batches of cells: the function of the study behind a stability map.
+    """The function of the study behind a stability map, which computes batches of cells.
 
     Attributes
     ----------
     place : Place
-        Model, radius (m) and cant (rad), as far as they are not varied.
+        Model, radius (m) and cant (rad), unless they are varied.
     names : tuple of str
-        What the entries of a cell are.
+        Names of the entries of a cell.
     quantity : {"critical_speed", "damping", "growth"}
     speed : float or None
-        m/s, where it is neither varied nor searched.
+        Speed, m/s, if it is neither varied nor searched.
     speed_range : (float, float)
-        Searched for critical speeds, m/s.
+        Range of the search for critical speeds, m/s.
     controller : array_like, control.StateSpace or Feedback, optional
     period : float, optional
         s.
     longest_step : float, optional
-        Between sampled speeds, as :func:`design.critical_speed` takes it.
+        Longest step between sampled speeds, as in :func:`design.critical_speed`.
     """
 
     place: Place
@@ -139,7 +139,7 @@ class CellFunction:
         return self.speed
 
     def _spectrum(self, cell: Cell, place: Place, point: Point | str) -> Record:
-        """Return growth rate, damping ratio and frequency of the mode that the quantity looks at."""
+        """Return growth rate, damping ratio and frequency of the mode for the quantity."""
         nothing = {"damping": None, "growth": None, "frequency": None}
         if isinstance(point, str):
             return {**nothing, "note": point}
@@ -160,7 +160,7 @@ class CellFunction:
         }
 
     def settings(self, axes: dict[str, NDArray[np.float64]]) -> dict[str, Any]:
-        """Return everything that the cells of a map depend on, as plain data."""
+        """Return everything on which the cells of a map depend, as plain data."""
         feedback = (
             None
             if self.controller is None
@@ -182,7 +182,7 @@ class CellFunction:
 
 
 def _points(place: Place, speeds: Sequence[float]) -> Iterator[Point | str]:
-    """Yield the equilibrium at increasing speeds, or why there is none any more."""
+    """Yield the equilibrium at increasing speeds, or the reason why it has ended."""
     following = follow_speeds(place.model, speeds, radius=place.radius, cant=place.cant)
     reason: str | None = None
     for _ in speeds:
@@ -198,7 +198,7 @@ def _reason(error: Exception) -> str:
 
 
 def model_settings(model: Model) -> dict[str, Any]:
-    """Return everything that makes a model what it is, as plain data."""
+    """Return everything that defines a model, as plain data."""
     settings: dict[str, Any] = {
         "name": model.name,
         "states": list(model.state_names),
@@ -215,10 +215,10 @@ def model_settings(model: Model) -> dict[str, Any]:
 
 
 def _probed(feedback: Any, model: Model) -> dict[str, Any]:
-    """Describe a controller by its signals, its period and a hash of what it answers to some signals.
+    """Describe a controller by its signals, its period and a hash of its answers to some signals.
 
-    What a controller does tells more than how it is written: the same function may be defined anew by
-    every run of a script.
+    A controller's behaviour identifies it better than its code: the same function may be defined anew
+    by every run of a script.
     """
     generator = np.random.default_rng(0)
     conditions = {"speed": 60.0, "curvature": 1e-3, "cant": 0.05, "cant_deficiency": 0.05}

@@ -1,4 +1,4 @@
-"""How stability maps are drawn."""
+"""Drawings of stability maps."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_TANGENT_GAP = 1.6  # radii on a logarithmic axis: the tangent track stands this factor beyond the last
-_GEOMETRIC = 1e-6  # scatter of ratios, relative, of values that are spaced geometrically
+_TANGENT_GAP = 1.6  # factor of the place of tangent track beyond the last radius on a logarithmic axis
+_GEOMETRIC = 1e-6  # relative scatter of the ratios of geometrically spaced values
 _OUTLIERS = 2.0  # percentile at either end beyond which colours do not change
-_SMALLEST_SIDE = 0.05  # of the colours' range: the side of zero that hardly occurs
+_SMALLEST_SIDE = 0.05  # of the colours' range: width of the side of zero that hardly occurs
 _FEW = 0.08  # of the cells: kinds of loss with fewer get no contours
 
 _HATCHES = {"fold": "///", "end": "xxx", "divergence": "..."}
@@ -51,7 +51,7 @@ _LABELS = {
 
 @dataclass(frozen=True)
 class _Coordinate:
-    """Where the values of an axis stand in a picture."""
+    """Places of an axis's values in a picture."""
 
     positions: Array
     edges: Array
@@ -110,7 +110,7 @@ class _Coordinate:
 
 
 def _geometric(values: Array) -> bool:
-    """Whether values are spaced geometrically, not arithmetically."""
+    """Return whether values are spaced geometrically, not arithmetically."""
     if values.size < 3 or values.min() <= 0.0:
         return False
     ratios = values[1:] / values[:-1]

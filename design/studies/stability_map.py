@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 QUANTITIES = get_args(Quantity)
-_BATCH = 8  # cells of a row that are one task where each takes milliseconds
+_BATCH = 8  # cells of a row in one task if each takes milliseconds
 
 _VARIABLES = {
     "critical_speed": ("critical speed", "m/s"),
@@ -49,7 +49,7 @@ class Axis:
     ----------
     name : str
     meaning, unit : str
-        For labels; the unit of a parameter of your own equations is not known, and empty.
+        Text for labels; the unit is empty for parameters of your own equations.
     values : ndarray
     """
 
@@ -72,26 +72,25 @@ class StabilityMap:
     quantity : {"critical_speed", "damping", "growth"}
     axes : tuple of two Axis
     held : dict of str to float
-        Radius (m), cant (rad) and speed (m/s), as far as they do not vary.
+        Radius (m), cant (rad) and speed (m/s), unless they vary.
     speed_range : (float, float)
-        Searched for critical speeds, m/s.
+        Range of the search for critical speeds, m/s.
     period : float or None
         Control period (s) of a closed loop; None for the vehicle alone.
     critical_speed : ndarray or None
-        m/s, of a map of critical speeds; NaN where there is none.
+        Critical speeds, m/s; NaN if there is none. None for other quantities.
     loss : ndarray of str or None
-        How stability is lost there, see :class:`design.CriticalSpeed`; empty where there is no
+        Kind of the loss of stability, see :class:`design.CriticalSpeed`; empty if there is no
         equilibrium at the lowest speed.
     damping, growth : ndarray or None
-        Damping ratio (of a map of "damping") and growth rate (1/s) of the mode whose damping ratio is
-        the least ("damping"), or whose growth rate is the largest ("growth"). NaN where there is no
-        equilibrium.
+        Damping ratio (in a map of "damping") and growth rate (1/s) of the mode with the least damping
+        ratio ("damping"), or with the largest growth rate ("growth"). NaN if there is no equilibrium.
     frequency : ndarray
         Frequency (Hz) of the critical mode, or of that mode.
     notes : ndarray of str
-        Why a cell has no result; empty where it has one.
+        Reason why a cell has no result; empty if it has one.
     ended : str or None
-        Why not all cells were computed.
+        Reason why not all cells were computed.
     """
 
     model_name: str
@@ -137,8 +136,8 @@ class StabilityMap:
             for name, values in self.variables.items()
         }
         if self.loss is not None:
-            data["loss"] = (dims, self.loss, {"long_name": "how stability is lost"})
-        data["note"] = (dims, self.notes, {"long_name": "why there is no result"})
+            data["loss"] = (dims, self.loss, {"long_name": "kind of the loss of stability"})
+        data["note"] = (dims, self.notes, {"long_name": "reason why there is no result"})
         coordinates = {
             a.name: (a.name, a.values, {"long_name": a.meaning, "units": a.unit}) for a in self.axes
         }
@@ -203,8 +202,8 @@ def stability_map(
 ) -> StabilityMap:
     """Map critical speed, damping or growth rate over two parameters, in parallel.
 
-    Cells are computed in processes of this machine, or where ``joblib.parallel_config`` says (a dask or
-    ray cluster).
+    Cells are computed in processes of this machine, or on a dask or ray cluster that
+    ``joblib.parallel_config`` selects.
 
     Parameters
     ----------
@@ -217,36 +216,36 @@ def stability_map(
         Critical speed (m/s); or of the running equilibrium at a speed, the least damping ratio of a
         mode, or the largest growth rate (1/s).
     speed : float, optional
-        m/s, for damping and growth where it does not vary.
+        Speed for damping and growth if it does not vary, m/s.
     radius, cant : float
-        Curve radius (m) and cant (rad) where they do not vary.
+        Curve radius (m) and cant (rad) if they do not vary.
     speed_range : (float, float)
-        Searched for critical speeds, m/s.
+        Range of the search for critical speeds, m/s.
     controller : array_like, control.StateSpace or Feedback, optional
         Closes the loop once per control period, as in :func:`design.closed_loop`. A matrix is the same
         for all cells.
     period : float, optional
         Control period, s; the controller's own, or 0.005 s.
     longest_step : float, optional
-        Longest step between the speeds at which a search for a critical speed looks, as in
+        Longest step between the sampled speeds of a search for a critical speed, as in
         :func:`design.critical_speed`.
     store : path, optional
-        File that finished cells are appended to. A later call with the same arguments continues it.
+        File to which finished cells are appended. A later call with the same arguments continues it.
     n_jobs : int or None
-        Workers; -1 is all there are, None what ``joblib.parallel_config`` says.
+        Number of workers; -1 for all available, None for the number in ``joblib.parallel_config``.
     progress : bool
         Show a progress bar.
 
     Returns
     -------
     StabilityMap
-        NaN where there is no equilibrium, with the reason in ``notes``. An interrupt (Ctrl-C) returns
-        the cells that are finished, and ``ended`` says so.
+        The map, with NaN if there is no equilibrium, and the reason in ``notes``. An interrupt (Ctrl-C)
+        returns the finished cells, and ``ended`` says so.
 
     Raises
     ------
     ParameterError
-        If an argument is not allowed, or the store is of other settings.
+        If an argument is not allowed, or the store has other settings.
 
     Examples
     --------
@@ -285,7 +284,7 @@ def stability_map(
 
 
 def _assembled(function: CellFunction, axes: tuple[Axis, Axis], found: Study) -> StabilityMap:
-    """Return the map that the records of a study make."""
+    """Return the map made from the records of a study."""
     place = function.place
     held = {"radius": place.radius, "cant": place.cant, "speed": function.speed}
     period: float | None = None
@@ -344,7 +343,7 @@ def _check(
     radius: float,
     cant: float,
 ) -> None:
-    """Raise ParameterError where arguments contradict each other."""
+    """Raise ParameterError if arguments contradict each other."""
     checks.choice("quantity", quantity, list(QUANTITIES))
     checks.curvature(radius)
     checks.cant(cant)
@@ -378,7 +377,7 @@ def _check_values(function: CellFunction, axes: tuple[Axis, Axis]) -> None:
 
 
 def _batches(axes: tuple[Axis, Axis], quantity: Quantity) -> list[list[int]]:
-    """Return the indices of cells that are one task: rows, or pieces of them where cells take long."""
+    """Return the indices of the cells of each task: rows, or parts of rows if cells take long."""
     index = np.arange(axes[0].values.size * axes[1].values.size).reshape(axes[0].values.size, -1)
     if quantity == "critical_speed":
         return [row[k : k + _BATCH].tolist() for row in index for k in range(0, row.size, _BATCH)]

@@ -1,8 +1,8 @@
-"""Results of a study on disk: a file of JSON lines that a run appends to and a later run continues.
+"""Results of a study on disk: a file of JSON lines, which runs append to and later runs continue.
 
-The first line has the settings of the study, every other line what was found for one cell. Lines are
+The first line has the settings of the study, every other line the result of one cell. Lines are
 appended by one write for each batch; a line cut short by a crash is dropped when the file is opened
-again. Every result carries a checksum, so that no changed number is taken for a result.
+again. Every result has a checksum, so that a changed number is not taken for a result.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from typing import Any
 from railenv.errors import ParameterError
 
 Record = dict[str, Any]
-"""What a study finds for one cell: names with numbers, strings, None, or lists of these."""
+"""Result of one cell: names with numbers, strings, None, or lists of these."""
 
 _FORMAT = "railenv study 2"
 _CHECK = "crc32"
-_SHOWN = 5  # differences that a message tells
+_SHOWN = 5  # differences listed in a message
 
 
 class Store:
@@ -30,14 +30,14 @@ class Store:
     Parameters
     ----------
     path : path
-        A file; made if there is none.
+        Path of the file, which is made if it does not exist.
     settings : mapping
-        Everything that the results depend on, as plain numbers, strings, lists and mappings.
+        Everything on which the results depend, as plain numbers, strings, lists and mappings.
 
     Raises
     ------
     ParameterError
-        If the file is of a study with other settings (the message says what differs), or is no study.
+        If the file is from a study with other settings (the message lists them), or is not a study.
     """
 
     def __init__(self, path: str | Path, settings: Mapping[str, Any]) -> None:
@@ -56,7 +56,7 @@ class Store:
             self._append([header])
 
     def add(self, records: Mapping[int, Record]) -> None:
-        """Append what was found for some cells, in one write."""
+        """Append the results of some cells in one write."""
         self._append([checked({"cell": cell, **record}) for cell, record in records.items()])
         self.records.update(records)
 
@@ -85,7 +85,7 @@ class Store:
         if different:
             more = len(different) - _SHOWN
             raise ParameterError(
-                f"store {str(self.path)!r} is of a study with other settings: "
+                f"store {str(self.path)!r} is from a study with other settings: "
                 + "; ".join(different[:_SHOWN])
                 + (f"; and {more} more" if more > 0 else "")
                 + ". Name another file, or delete this one"
@@ -123,7 +123,7 @@ def _checksum(record: Any) -> int:
 
 
 def plain(value: Any) -> Any:
-    """Return a value as JSON has it; numbers that are not finite become strings."""
+    """Return a value for JSON; numbers that are not finite become strings."""
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     if isinstance(value, Mapping):
@@ -134,7 +134,7 @@ def plain(value: Any) -> Any:
 
 
 def differences(stored: Any, present: Any, name: str = "") -> Iterator[str]:
-    """Say what differs between two settings, one text for each."""
+    """Yield the differences between two settings, one text for each."""
     if isinstance(stored, dict) and isinstance(present, dict):
         for key in [*stored, *(k for k in present if k not in stored)]:
             inner = f"{name}.{key}" if name else key

@@ -1,7 +1,7 @@
 """Studies over many cells, in parallel with joblib: with progress, kept on disk and continued.
 
 A cell is one set of values. A function takes a batch of cells and returns a record for each. Batches
-run in processes of this machine, or where ``joblib.parallel_config`` says: on a cluster of dask or ray.
+run in processes of this machine, or on a dask or ray cluster that ``joblib.parallel_config`` selects.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from railenv.errors import ParameterError
 
 Cell = TypeVar("Cell")
 
-_WAVE = 4  # batches per worker that are handed at once to a backend that returns only whole lists
+_WAVE = 4  # batches per worker given at once to a backend that returns only whole lists
 
 
 @dataclass(frozen=True)
 class Study:
-    """What a study found.
+    """The results of a study.
 
     Attributes
     ----------
     records : tuple of (dict or None)
-        One for each cell; None where none was computed.
+        One for each cell; None if it was not computed.
     ended : str or None
-        Why not all cells were computed.
+        Reason why not all cells were computed.
     """
 
     records: tuple[Record | None, ...]
@@ -58,29 +58,29 @@ def run_study(
         lists of these.
     cells : sequence
     batches : sequence of sequences of int, optional
-        Which cells (by index) go to the function together; each alone when left out. Results arrive,
-        and are kept, by batches.
+        Indices of the cells that go to the function together; each alone when left out. Results arrive,
+        and are stored, by batches.
     store : path, optional
-        File that results are appended to as they arrive; what it has is not computed again.
+        File to which results are appended as they arrive; results in it are not computed again.
     settings : mapping, optional
-        Everything that the results depend on; needed for a store, which is refused to other settings.
+        Everything on which the results depend; needed for a store, which rejects other settings.
     n_jobs : int or None
-        Workers; -1 is all there are (processors of this machine, or workers of a cluster), None what
-        ``joblib.parallel_config`` says.
+        Number of workers; -1 for all available (processors of this machine, or workers of a cluster),
+        None for the number in ``joblib.parallel_config``.
     progress : bool
         Show a progress bar.
     title : str
-        What the bar says.
+        Title of the progress bar.
 
     Returns
     -------
     Study
-        An interrupt (Ctrl-C) returns the cells that are finished.
+        The results; after an interrupt (Ctrl-C), those of the finished cells.
 
     Raises
     ------
     ParameterError
-        If the store is of other settings.
+        If the store has other settings.
     """
     if n_jobs is not None and (n_jobs == 0 or int(n_jobs) != n_jobs):
         raise ParameterError(f"n_jobs is {n_jobs!r}; it must be None or an integer other than 0")
@@ -122,7 +122,7 @@ def _results(
         with closing(parallel(tasks)) as results:
             yield from results
         return
-    parallel = joblib.Parallel(n_jobs=n_jobs)  # as on ray: results come by whole lists
+    parallel = joblib.Parallel(n_jobs=n_jobs)  # as on ray, where results come as whole lists
     wave = _WAVE * joblib.effective_n_jobs(n_jobs)
     for first in range(0, len(tasks), wave):
         yield from parallel(tasks[first : first + wave])

@@ -1,4 +1,4 @@
-"""A run as one reads it for an approval: quantities of EN 14363 beside their limits."""
+"""Assessment of a run as for an approval: quantities of EN 14363 beside their limits."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SHORTEST = RMS_OVER
-"""m of track, the least that is assessed: a window of the readings for instability."""
+"""Shortest stretch of track assessed (m): one window of the readings for instability."""
 
 SHORTEST_TIME = 5.0
-"""s, the least that is assessed: two periods of the slowest filter, 0.4 Hz."""
+"""Shortest time assessed (s): two periods of the slowest filter, 0.4 Hz."""
 
-_HUNTING_BAND = (0.5, 10.0)  # Hz, in which the frequency of hunting is looked for
+_HUNTING_BAND = (0.5, 10.0)  # Hz, where the hunting frequency is sought
 _HALF_BAND = 2.0  # Hz
 _LOWEST_EDGE = 0.4  # Hz
 
@@ -43,14 +43,14 @@ class Assessment:
     section : (float, float)
         Start and end of the stretch assessed, m.
     speed : float
-        Its highest speed, m/s.
+        Highest speed on it, m/s.
     radius : float
-        Of its sharpest curve, m; infinite on tangent track.
+        Radius of its sharpest curve, m; infinite on tangent track.
     hunting_frequency : float
-        Hz, about which the readings for instability are taken.
+        Frequency around which the readings for instability are taken, Hz.
     quantities : tuple of Quantity
     histories : tuple of History
-        What some of them are taken from, over distance.
+        Courses over distance from which some of the quantities are taken.
     notes : tuple of str
         What was left out, and why.
     """
@@ -66,20 +66,20 @@ class Assessment:
 
     @property
     def passed(self) -> bool | None:
-        """Whether all quantities that have a limit are within it; None where no quantity has one.
+        """Whether all quantities with a limit are within it; None if no quantity has one.
 
-        Those for information do not count.
+        Quantities for information do not count.
         """
         judged = [q.passed for q in self.quantities if q.group != "information"]
         return None if all(told is None for told in judged) else not self.exceeded
 
     @property
     def exceeded(self) -> tuple[Quantity, ...]:
-        """Quantities beyond their limits, but those for information."""
+        """Quantities beyond their limits, except those for information."""
         return tuple(q for q in self.quantities if q.passed is False and q.group != "information")
 
     def of(self, name: str) -> tuple[Quantity, ...]:
-        """Return a quantity at all its places.
+        """Return one quantity at all its places.
 
         Raises
         ------
@@ -90,7 +90,7 @@ class Assessment:
         return tuple(q for q in self.quantities if q.name == name)
 
     def worst(self, name: str) -> Quantity:
-        """Return a quantity at the place where it is nearest to its limit, or largest without one.
+        """Return a quantity where it is nearest to its limit, or largest if it has none.
 
         Raises
         ------
@@ -105,7 +105,7 @@ class Assessment:
         Parameters
         ----------
         every : bool
-            All places of each quantity, instead of the worst one.
+            Show all places of each quantity instead of the worst one.
         """
         from railenv.assessment.table import text_table
 
@@ -137,18 +137,18 @@ def assess(
     hunting_frequency: float | None = None,
     comfort: bool = False,
 ) -> Assessment:
-    """Read a simulated run as the measurements of a running test are read (EN 14363, UIC 518).
+    """Assess a simulated run as the measurements of a running test are assessed (EN 14363, UIC 518).
 
-    One stretch of track is one section of such a test: the statistics over many sections that an
-    approval asks for are not made here. Limits are the usual values of these standards
+    One stretch of track is one section of such a test; the statistics over many sections that an
+    approval requires are not computed here. Limits are the usual values of these standards
     (:class:`railenv.assessment.Limits`).
 
     - Guiding forces Y and wheel loads Q pass a low pass of 20 Hz; the sum of guiding forces of a
-      wheelset and Y/Q of a wheel are means over 2 m, every 0.5 m. Of both the larger magnitude of the
-      0.15 % and the 99.85 % value counts, of Q the 99.85 % value.
+      wheelset and Y/Q of a wheel are means over 2 m, every 0.5 m. For both, the larger magnitude of the
+      0.15 % and the 99.85 % value counts; for Q, the 99.85 % value.
     - Quasi-static Y and Q are medians of the outer wheels where the curve is full.
-    - Instability: largest root mean square over 100 m, within 2 Hz of the frequency of hunting, of the
-      sum of guiding forces and of the frame's acceleration; half the limits of both.
+    - Instability: largest root mean square over 100 m, within 2 Hz of the hunting frequency, of the
+      sum of guiding forces and of the frame's acceleration; the limits are half those of both.
     - Accelerations are readings of lateral accelerometers (on a curve they feel the uncompensated
       part, and on a body that rolls its weight) and vertical accelerations without gravity: frames
       above the axle boxes, 10 Hz; bodies on the floor above each frame and in the middle, for safety
@@ -166,13 +166,13 @@ def assess(
         Start and end of the stretch to assess, m; the whole run when left out. Filters pass over the
         whole run in any case.
     limits : Limits, optional
-        Those of a passenger vehicle when left out.
+        Limits; those of a passenger vehicle when left out.
     floor_height : float, optional
         Height (m) above the axles at which accelerations of bodies are read; that of the centre of
         mass when left out.
     hunting_frequency : float, optional
-        Hz; when left out that between 0.5 and 10 Hz at which the sums of guiding forces (or else the
-        frames' accelerations) have the most power.
+        Hz; when left out, the frequency between 0.5 and 10 Hz at which the sums of guiding forces
+        (or else the frames' accelerations) have the most power.
     comfort : bool
         Whether to add the continuous comfort of EN 12299 (root mean squares over 5 s of accelerations
         weighted by Wd and Wb) and, from five minutes on, the mean comfort N_MV.
@@ -181,7 +181,7 @@ def assess(
     ------
     ParameterError
         If the response is not one of the model, its motion left the track, the section is too short
-        or samples are too far apart for the filters; or if the model has nothing that is assessed.
+        or samples are too far apart for the filters; or if the model has nothing to assess.
 
     Examples
     --------
@@ -209,7 +209,7 @@ def assess(
     frames, bodies = readings.on_frames(), readings.on_bodies(floor_height)
     if not (readings.wheelsets or frames or bodies):
         raise ParameterError(
-            f"{readings.plant.name} tells no forces of wheels and no motion of frames or bodies; there "
+            f"{readings.plant.name} has no forces of wheels and no motion of frames or bodies; there "
             "is nothing to assess"
         )
     f0 = hunting_frequency or _hunting_frequency(stretch, [*frames, *bodies])
@@ -246,7 +246,7 @@ def _all(
 
 
 def _section(readings: Readings, given: tuple[float, float] | None) -> tuple[float, float]:
-    """Return start and end (m) of what is assessed, long enough for all that is read."""
+    """Return start and end (m) of the section assessed, long enough for all readings."""
     end = float(readings.distance[-1])
     first, last = (0.0, end) if given is None else checks.interval("section", given, low=0.0, unit="m")
     if last > end * (1.0 + 1e-9):

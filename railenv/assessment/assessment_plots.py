@@ -1,4 +1,4 @@
-"""How an assessment is drawn: courses over distance, with their limits."""
+"""Drawings of an assessment: courses over distance, with their limits."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ _STYLE: Any = {
 }
 _COLUMNS = 2
 _HEADROOM = 0.3  # for the legend
-_NEAR = 0.4  # of a limit: where all is below it, the limit is told instead of drawn
+_NEAR = 0.4  # of a limit: if all values are below it, the limit is printed instead of drawn
 
 
 def plot_assessment(assessment: Assessment) -> Figure:
-    """Draw a panel of each kind of history; a limit far above all is told in words."""
+    """Draw a panel for each kind of history; a limit far above all values is given in words."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 

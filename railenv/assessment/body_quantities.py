@@ -1,4 +1,4 @@
-"""What is read from the accelerations of frames and of bodies above them."""
+"""Quantities from the accelerations of frames and of bodies above them."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _PEAK = "0.15/99.85 %"
 
 
 def from_frames(stretch: Stretch, places: list[Place], hunting: Band | None) -> Findings:
-    """Return what is read from lateral accelerations of frames above the axle boxes.
+    """Return the quantities from lateral accelerations of frames above the axle boxes.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def from_frames(stretch: Stretch, places: list[Place], hunting: Band | None) -> 
     if untold:
         found.notes.append(
             f"no limit of the frame acceleration of {', '.join(untold)}: the equations of "
-            f"{readings.plant.name} do not tell the bogie's mass"
+            f"{readings.plant.name} do not give the bogie's mass"
         )
     for place in places:
         reading = readings.lateral(place)
@@ -80,7 +80,7 @@ def from_frames(stretch: Stretch, places: list[Place], hunting: Band | None) -> 
 
 
 class _Kind(NamedTuple):
-    """What is read of the body in one direction."""
+    """The quantities of the body in one direction."""
 
     direction: Direction
     read: Callable[[Place], Array]
@@ -90,14 +90,14 @@ class _Kind(NamedTuple):
 
 
 def from_bodies(stretch: Stretch, places: list[Place], comfort: bool) -> Findings:
-    """Return what is read from accelerations on the floor of bodies.
+    """Return the quantities from accelerations on the floor of bodies.
 
     Parameters
     ----------
     stretch : Stretch
     places : list of Place
     comfort : bool
-        Whether the comfort of EN 12299 is wanted.
+        Whether to add the comfort of EN 12299.
     """
     readings, limits, found = stretch.readings, stretch.limits, Findings()
     if not places:

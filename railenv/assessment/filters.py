@@ -1,9 +1,9 @@
-"""Filters of signals in time, and means of them over distance.
+"""Filters of signals in time, and means over distance.
 
 The filters are Butterworth filters of second order that run over the signal forwards and backwards. So
-they are of fourth order in effect (24 dB per octave, what test standards ask for at least) and shift no
-peak in time or place. Their cut-off frequencies are moved such that the gain of both runs together is
--3 dB (1/sqrt 2) there, as the standards define a cut-off.
+they are in effect of fourth order (24 dB per octave, the least that test standards require) and do not
+shift peaks in time or place. Their cut-off frequencies are moved so that the gain of both runs together
+is -3 dB (1/sqrt 2) there, as the standards define a cut-off.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ Array = NDArray[np.float64]
 Band = tuple[float, float]
 
 OVERSAMPLING = 5.0
-"""Samples per period of a cut-off frequency, at least."""
+"""Least number of samples per period of a cut-off frequency."""
 
 _ORDER = 2
 _NARROWING = (math.sqrt(2.0) - 1.0) ** (1.0 / (2 * _ORDER))
-"""Cut-off of two runs over that of one: where 1/(1 + x^4) is 1/sqrt 2."""
+"""Cut-off of two runs, over that of one: x where 1/(1 + x^4) is 1/sqrt 2."""
 
 
 def check_sampling(period: float, cutoff: float) -> None:
@@ -38,7 +38,7 @@ def check_sampling(period: float, cutoff: float) -> None:
 
 
 def low_pass(signal: Array, cutoff: float, period: float) -> Array:
-    """Return a signal without what is faster than a cut-off frequency.
+    """Return a signal without its content above a cut-off frequency.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def low_pass(signal: Array, cutoff: float, period: float) -> Array:
 
 
 def band_pass(signal: Array, band: Band, period: float) -> Array:
-    """Return what of a signal is between two frequencies (Hz); parameters as of :func:`low_pass`."""
+    """Return the content of a signal between two frequencies (Hz); see :func:`low_pass`."""
     check_sampling(period, band[1])
     low, high = (_warped(edge, period) for edge in band)
     # a band pass is a low pass in (w^2 - low high) / (w (high - low))
@@ -80,7 +80,7 @@ def _both_ways(
 
     share = 2.0 * np.arctan(warped) / math.pi  # of half the sampling rate
     sections = signals.butter(_ORDER, share, kind, output="sos")
-    # beyond both ends the signal is taken as mirrored, for as long as the filter remembers
+    # beyond both ends the signal is taken as mirrored, over the memory of the filter
     beyond = min(signal.shape[-1] - 1, math.ceil(1.0 / (slowest * T)))
     return np.asarray(signals.sosfiltfilt(sections, signal, padlen=beyond))
 
@@ -94,7 +94,7 @@ def sliding_mean(distance: Array, signal: Array, window: float, step: float) -> 
         Where each sample was taken, m; increasing.
     signal : ndarray, shape (..., samples)
     window, step : float
-        Length of a stretch, and from one to the next, m.
+        Length of a stretch, and the distance from one to the next, m.
 
     Returns
     -------
@@ -128,13 +128,13 @@ def _integral(distance: Array, signal: Array, places: Array) -> Array:
 
 
 def sliding_rms(distance: Array, signal: Array, window: float, step: float) -> tuple[Array, Array]:
-    """Return root mean squares over stretches of track; parameters as of :func:`sliding_mean`."""
+    """Return root mean squares over stretches of track; parameters: see :func:`sliding_mean`."""
     places, means = sliding_mean(distance, np.square(signal), window, step)
     return places, np.sqrt(np.maximum(means, 0.0))
 
 
 def dominating_frequency(signals: Array, period: float, band: Band) -> float:
-    """Return the frequency (Hz) within a band at which some signals together have the largest power.
+    """Return the frequency (Hz) within a band at which the signals together have the most power.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ def dominating_frequency(signals: Array, period: float, band: Band) -> float:
 
 
 def percentiles(signal: Array) -> tuple[float, float]:
-    """Return the values below which 0.15 % and 99.85 % of a signal are (EN 14363)."""
+    """Return the values below which 0.15 % and 99.85 % of a signal lie (EN 14363)."""
     low, high = np.percentile(signal, [0.15, 99.85])
     return float(low), float(high)
 

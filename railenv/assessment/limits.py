@@ -1,4 +1,4 @@
-"""Limits beside which the quantities of a run are read: values of EN 14363 and UIC 518 practice."""
+"""Limits of the quantities of a run: values of EN 14363 and UIC 518 practice."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ BODY_LATERAL = ((400.0, 2.6), (600.0, 2.8), (math.inf, 3.0))
 class Limits:
     """Limits of a passenger vehicle with two levels of suspension, after EN 14363 and UIC 518.
 
-    All numbers are those in use with these standards; the edition that binds an approval decides.
+    The numbers are those in use with these standards; the edition that binds an approval prevails.
     Ride values are guides there, not limits of safety.
 
     Attributes
@@ -70,7 +70,7 @@ class Limits:
             object.__setattr__(self, f.name, value)
 
     def replace(self, **changes: Any) -> Self:
-        """Return the same limits but for some.
+        """Return these limits with some changed.
 
         Raises
         ------
@@ -93,7 +93,7 @@ class Limits:
         return min(90e3 + static_wheel_load, cap)
 
     def quasi_static_guiding_force(self, radius: float) -> float | None:
-        """Return the largest quasi-static guiding force (N); None below 250 m, where none is given."""
+        """Return the largest quasi-static guiding force (N); None (no limit) below 250 m."""
         if radius < 250.0:
             return None
         return 60e3 if radius >= 400.0 else 30e3 + 10500e3 / radius

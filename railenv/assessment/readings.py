@@ -1,4 +1,4 @@
-"""What instruments on a vehicle read during a run: forces of the wheels, accelerations of bodies."""
+"""Readings of a vehicle's instruments during a run: wheel forces, accelerations of bodies."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 FARTHEST = 0.03
-"""m; a wheelset that is further than this from the middle of its track has left it."""
+"""A wheelset further than this (m) from the middle of its track has left it."""
 
 _CREEPING = 5.0  # m/s, at which the static wheel loads are read
 _CONDITIONS = ("speed", "curvature", "cant")
@@ -31,7 +31,7 @@ _CONDITIONS = ("speed", "curvature", "cant")
 
 @dataclass(frozen=True)
 class Place:
-    """Where an accelerometer is: on a body, from its centre of mass (m forward, m up)."""
+    """The place of an accelerometer on a body, from its centre of mass (m forward, m up)."""
 
     body: str
     where: str
@@ -56,7 +56,7 @@ class Readings:
     distance, speed, curvature, cant : ndarray, shape (samples,)
         m, m/s, 1/m, rad.
     wheelsets : tuple of str
-        Those whose forces the equations tell.
+        Wheelsets whose forces the equations give.
     Y, Q : ndarray, shape (wheelsets, 2, samples)
         Guiding force and load (N) of the left and right wheel.
 
@@ -77,7 +77,7 @@ class Readings:
         self._u = np.array([rows[name] for name in model.input_names])
         self._u = self._u.reshape(model.n_inputs, len(self.time))
         self.speed, self.curvature, self.cant = (rows[name] for name in _CONDITIONS)
-        # only a run on a track that varies tells how it does so at the bodies' places
+        # only a run on a varying track gives its course at the bodies' places
         still = np.zeros(len(self.time))
         self._sites = {name: rows.get(name, still) for name in self.plant.site_names}
         steps = np.diff(self.time) * (self.speed[1:] + self.speed[:-1]) / 2.0
@@ -88,7 +88,7 @@ class Readings:
         self.Y, self.Q = forces[:, :, 0], forces[:, :, 1]
 
     def _check_on_track(self, rows: dict[str, Array]) -> None:
-        """Raise unless the motion stays finite and the wheelsets on their track."""
+        """Raise unless the motion stays finite and the wheelsets stay on their track."""
         finite = np.isfinite(self._x).all(axis=0)
         if not finite.all():
             at = float(self.time[np.argmin(finite)])
@@ -143,7 +143,7 @@ class Readings:
         return np.asarray(forces.reshape(-1, 2, 2)[:, :, 1])
 
     def bogie_mass(self, frame: str) -> float | None:
-        """Return the mass (kg) of a frame and its wheelsets; None where equations do not tell it."""
+        """Return the mass (kg) of a frame and its wheelsets; None if the equations do not give it."""
         assembly = mounting.assembly_of(self.plant)
         if assembly is None:
             return None
@@ -161,14 +161,14 @@ class Readings:
     def on_frames(self) -> list[Place]:
         """Return the places above the axle boxes, on the frames at the height of their centres.
 
-        In equations of one's own it is the middle of each body that is no wheelset.
+        In a user's own equations it is the middle of each body that is not a wheelset.
         """
         at = self._places()
         found = []
         for frame in mounting.frames(self.plant):
             below = mounting.joined(self.plant, frame, self.plant_wheelsets)
             found += [Place(frame, f"{frame} above {w}", at[w][0] - at[frame][0], 0.0) for w in below]
-            if not below:  # equations of one's own do not tell which wheelsets it stands on
+            if not below:  # a user's own equations do not say which wheelsets it stands on
                 found.append(Place(frame, frame, 0.0, 0.0))
         return [place for place in found if "dy" in self.model.body_states[place.body]]
 
@@ -197,7 +197,7 @@ class Readings:
         return {name: (float(x), float(z)) for name, (x, z) in equations.places(values).items()}
 
     def lateral(self, place: Place) -> Array:
-        """Return the reading (m/s^2) of a lateral accelerometer, with what it feels of gravity."""
+        """Return the reading (m/s^2) of a lateral accelerometer, with its share of gravity."""
         rates, body = self._rate, place.body
         run = self._running(body)
         # the track turns ever faster into a curve, and the coordinate is measured from it

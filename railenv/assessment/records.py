@@ -1,4 +1,4 @@
-"""What an assessment consists of: quantities with their limits, and their courses over distance."""
+"""The parts of an assessment: quantities with their limits, and their courses over distance."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ Group = Literal["running safety", "track loading", "ride", "information"]
 Unit = Literal["N", "m/s^2", "1"]
 
 SAME_CURVE = 0.99
-"""Share of the sharpest curvature from which on track belongs to the full curve."""
+"""Share of the sharpest curvature above which track belongs to the full curve."""
 
 SHORTEST_CURVE = 50.0
-"""m of full curve, the least from which quasi-static values are taken."""
+"""Shortest full curve (m) from which quasi-static values are taken."""
 
 
 @dataclass(frozen=True)
@@ -31,9 +31,9 @@ class Quantity:
     Attributes
     ----------
     name : str
-        What it is.
+        Name of the quantity.
     where : str
-        On which wheelset, wheel or place.
+        Wheelset, wheel or place.
     value : float
         In ``unit``.
     limit : float, optional
@@ -42,7 +42,7 @@ class Quantity:
     filter : str
         How the value was taken from the signal.
     group : {"running safety", "track loading", "ride", "information"}
-        What it is for; values for information do not count in the verdict.
+        Purpose; values for information do not count in the verdict.
     """
 
     name: str
@@ -71,7 +71,7 @@ class Quantity:
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """The course over distance of what a quantity is taken from.
+    """The course over distance from which a quantity is taken.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class History:
     distance, value : ndarray, shape (places,)
         m, and in ``unit``.
     limit : float, optional
-        Of the magnitude.
+        Limit of the magnitude.
     unit : str
     """
 
@@ -94,7 +94,7 @@ class History:
 
 @dataclass
 class Findings:
-    """What parts of an assessment found, and what they had to leave out."""
+    """The results of a part of an assessment, and what it had to leave out."""
 
     quantities: list[Quantity] = field(default_factory=list)
     histories: list[History] = field(default_factory=list)
@@ -120,7 +120,7 @@ class Stretch:
 
     @cached_property
     def inside(self) -> NDArray[np.bool_]:
-        """Which samples belong to the section, from the last at its start to the first at its end."""
+        """Whether samples belong to the section, from the last at its start to the first at its end."""
         s = self.readings.distance
         slack = 1e-9 * s[-1]
         first = max(int(np.searchsorted(s, self.section[0] + slack)) - 1, 0)
@@ -147,7 +147,7 @@ class Stretch:
 
     @cached_property
     def full_curve(self) -> NDArray[np.bool_] | None:
-        """Which samples lie in the full curve; None where there is none, or it is too short."""
+        """Whether samples lie in the full curve; None if there is none, or it is too short."""
         if not self.curvature:
             return None
         same = self.inside & (self.readings.curvature / self.curvature >= SAME_CURVE)

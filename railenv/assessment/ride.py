@@ -15,10 +15,10 @@ Array = NDArray[np.float64]
 Direction = Literal["lateral", "vertical"]
 
 WZ_BAND = (0.5, 30.0)
-"""Hz, the frequencies that Wz is made of."""
+"""Frequencies (Hz) that count for Wz."""
 
 COMFORT_WINDOW = 5.0
-"""s, of one root mean square of continuous comfort (EN 12299)."""
+"""Length (s) of one root mean square of continuous comfort (EN 12299)."""
 
 COMFORT_WINDOWS = 60
 """Windows of mean comfort: five minutes (EN 12299)."""

@@ -47,7 +47,7 @@ def markdown_table(assessment: Assessment, every: bool) -> str:
 
 
 def verdict(assessment: Assessment) -> str:
-    """Return one line that says whether limits are exceeded, and which."""
+    """Return one line that says which limits are exceeded, if any."""
     if assessment.passed is None:
         return "no value has a limit, so none is judged"
     if assessment.passed:
@@ -59,7 +59,7 @@ def verdict(assessment: Assessment) -> str:
 
 
 def title(assessment: Assessment) -> str:
-    """Return one line that says what ran where."""
+    """Return one line with the model, the section and its conditions."""
     first, last = assessment.section
     curve = "tangent track" if math.isinf(assessment.radius) else f"R = {assessment.radius:.4g} m"
     return (

@@ -1,4 +1,4 @@
-"""What is read from the forces between wheels and rails."""
+"""Quantities from the forces between wheels and rails."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FORCE_CUTOFF = 20.0  # Hz
 MEAN_OVER, MEAN_STEP = 2.0, 0.5  # m
 RMS_OVER, RMS_STEP = 100.0, 10.0  # m
 LIGHTEST = 0.01
-"""Share of the static wheel load below which Y/Q divides by no less: a lifted wheel has no Y/Q."""
+"""Least divisor of Y/Q, as a share of the static wheel load: a lifted wheel has no Y/Q."""
 
 SIDES = ("left", "right")
 
@@ -35,7 +35,7 @@ _MEDIAN = f"{FORCE_CUTOFF:g} Hz, median of the full curve"
 
 
 def hunting_text(band: Band) -> str:
-    """Return how the root mean square for the instability is taken."""
+    """Return a description of how the root mean square for the instability is taken."""
     return f"{band[0]:.1f} to {band[1]:.1f} Hz, rms over {RMS_OVER:g} m, largest"
 
 
@@ -49,13 +49,13 @@ class _Forces:
     static: Array  # N, shape (wheelsets,)
 
     def wheels(self) -> list[tuple[int, int, str]]:
-        """Return number and side of each wheel, and what it is called."""
+        """Return the number, the side and the name of each wheel."""
         names = self.stretch.readings.wheelsets
         return [(i, k, f"{w} {side}") for i, w in enumerate(names) for k, side in enumerate(SIDES)]
 
 
 def from_wheels(stretch: Stretch, hunting: Band | None) -> Findings:
-    """Return what is read from the forces of the wheels.
+    """Return the quantities from the forces of the wheels.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def from_wheels(stretch: Stretch, hunting: Band | None) -> Findings:
     readings, found = stretch.readings, Findings()
     if not readings.wheelsets:
         found.notes.append(
-            f"no forces of wheels: the equations of {readings.plant.name} do not tell them"
+            f"no forces of wheels: the equations of {readings.plant.name} do not give them"
         )
         return found
     filtered = [low_pass(f, FORCE_CUTOFF, readings.period) for f in (readings.Y, readings.Q)]
@@ -143,7 +143,7 @@ def _ratios(forces: _Forces, found: Findings) -> None:
 
 
 def _loads(forces: _Forces, found: Findings) -> None:
-    """Add wheel loads, and by how much wheels are unloaded."""
+    """Add wheel loads, and the unloading of wheels."""
     stretch = forces.stretch
     for i, k, wheel in forces.wheels():
         static, load = float(forces.static[i]), forces.Q[i, k]

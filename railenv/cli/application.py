@@ -61,7 +61,7 @@ app.command()(warm.warm)
 def main() -> None:
     """Run the command line; errors of the package print as one line, with exit status 1."""
     replace_what_cannot_be_shown()
-    # joblib replaces worker processes that have grown, as they do by compiling, and loses nothing
+    # joblib replaces worker processes that compiling has made large, and loses nothing
     warnings.filterwarnings("ignore", "A worker stopped while some jobs were given", UserWarning)
     try:
         app()
@@ -85,7 +85,7 @@ def _start(
 
 
 def foreign_package(name: str) -> str | None:
-    """Say what is wrong if Python finds another package under one of this distribution's names."""
+    """Describe the problem if Python finds another package under a name of this distribution."""
     spec = importlib.util.find_spec(name)
     home = Path(railenv.__file__).resolve().parent.parent
     if spec is None or spec.origin is None:

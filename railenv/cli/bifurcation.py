@@ -24,9 +24,9 @@ from railenv.errors import ParameterError
 from railenv.models import Model
 
 _ROWS = 20
-_PASSAGES = 11  # values of a parameter at which curves are told
-_RANGE = 0.3, 2.0  # of the Hopf point's speed, in which curves are followed
-_BELOW = 0.97  # of the lowest speed of the branch, from which is simulated
+_PASSAGES = 11  # values of a parameter at which curves are listed
+_RANGE = 0.3, 2.0  # times the Hopf point's speed: where curves are followed
+_BELOW = 0.97  # times the lowest speed of the branch: where simulations start
 
 
 @with_groups
@@ -40,7 +40,7 @@ def bifurcation(
     highest: Annotated[
         float | None, typer.Option(help="Highest speed, m/s; 1.2 times the Hopf point's if left out.")
     ] = None,
-    points: Annotated[int, typer.Option(min=2, help="Most points of the branch.")] = 150,
+    points: Annotated[int, typer.Option(min=2, help="Largest number of points of the branch.")] = 150,
     every: Annotated[
         bool,
         typer.Option(
@@ -51,31 +51,34 @@ def bifurcation(
         str | None,
         typer.Option(
             "--map",
-            help="Linear and nonlinear critical speeds over a parameter, as conicity=0.03:0.1:8.",
+            help="Linear and nonlinear critical speeds over a parameter, such as conicity=0.03:0.1:8.",
         ),
     ] = None,
     curve_over: Annotated[
         str | None,
         typer.Option(
-            "--curve", help="Curves of Hopf points and folds over a parameter, as conicity=0.03:0.2."
+            "--curve",
+            help="Curves of Hopf points and folds over a parameter, such as conicity=0.03:0.2.",
         ),
     ] = None,
     simulated: Annotated[
         int,
-        typer.Option(min=0, help="Simulate too, at so many speeds, from a small and a large start."),
+        typer.Option(min=0, help="Simulate too, at this many speeds, from a small and a large start."),
     ] = 0,
-    state: Annotated[str | None, typer.Option(help="State to report and draw; the first.")] = None,
+    state: Annotated[
+        str | None, typer.Option(help="State to report and draw; by default the first.")
+    ] = None,
     changes: SetOption = None,
     plot: PlotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Follow the limit cycles from the Hopf point through their fold, or all; or map where it hunts."""
+    """Follow limit cycles from the Hopf point through their fold, or all branches; or map hunting."""
     built = model_of(plant, changes)
     show = not as_json and err.is_terminal
     if every and (chart is not None or curve_over is not None or simulated):
-        raise ParameterError("--all goes with neither --map, --curve nor --simulated")
+        raise ParameterError("--all cannot be combined with --map, --curve or --simulated")
     if curve_over is not None and (chart is not None or simulated):
-        raise ParameterError("--curve goes with neither --map nor --simulated")
+        raise ParameterError("--curve cannot be combined with --map or --simulated")
     if every:
         found = diagram(built, curve.radius, curve.cant, (lowest, highest), points, state, show)
     elif curve_over is not None:
@@ -99,7 +102,7 @@ def branch(
     simulated: int,
     progress: bool,
 ) -> Found:
-    """Follow the branch from the Hopf point; simulate at some speeds as well if asked for."""
+    """Follow the branch from the Hopf point; on request, simulate at some speeds as well."""
     import design
     from design.cycles.branch import ABOVE_HOPF
     from design.stability.critical_speed import SPEED_RANGE

@@ -1,4 +1,4 @@
-"""What the commands share: consoles, models from options, how results are reported."""
+"""Parts that the commands share: consoles, models from options, reports of results."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ err = Console(stderr=True)
 
 @dataclass(frozen=True)
 class Found:
-    """A result of the command: plain data, what to print, and how to draw it."""
+    """A result of a command: plain data, text to print, and a function that draws it."""
 
     summary: dict[str, Any]
     shown: list[Any]
@@ -33,7 +33,7 @@ class Found:
 
 
 def model_of(plant: VehicleOptions, changes: list[str] | None) -> Model:
-    """Return the model of some options, with its parameters changed."""
+    """Return the model that the options describe, with its parameters changed."""
     built = _model(plant.vehicle, plant.model)
     return built.replace(**assignments(changes, "--set")) if changes else built
 
@@ -59,7 +59,7 @@ def vehicle_model(vehicle: railenv.Vehicle, kind: VehicleModelName) -> Assembled
 
 
 def assignments(texts: list[str] | None, option: str) -> dict[str, Any]:
-    """Return the values of an option that is repeated as name=value."""
+    """Return the values of an option that may be repeated as name=value."""
     values: dict[str, Any] = {}
     for text in texts or []:
         name, equals, value = text.partition("=")

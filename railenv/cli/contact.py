@@ -1,4 +1,4 @@
-"""``railenv contact``: how a wheel's profile runs on a rail's."""
+"""``railenv contact``: contact of a wheel's profile with a rail's."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def contact(
     width: Annotated[float, typer.Option(help="Width of the contact's weights, m.")] = WIDTH,
     amplitude: Annotated[float, typer.Option(help="Amplitude of the linear parameters, m.")] = 0.003,
     units: Annotated[
-        Literal["m", "mm"] | None, typer.Option(help="Units of files that do not tell theirs.")
+        Literal["m", "mm"] | None, typer.Option(help="Units of files that do not state theirs.")
     ] = None,
     mirror_rail: Annotated[
         bool, typer.Option("--mirror-rail", help="The y of the rail's file points to the gauge side.")
@@ -76,7 +76,7 @@ def contact(
 def _profile(text: str, kind: Kind, units: Literal["m", "mm"] | None, *, mirror: bool) -> Profile:
     if text in SHIPPED:
         if mirror:
-            raise ParameterError(f"--mirror-rail is for files; {text} lies as it must")
+            raise ParameterError(f"--mirror-rail is for files; {text} is already the right way round")
         return Profile.named(text)
     if not Path(text).suffix:
         names = ", ".join(name for name, of in SHIPPED.items() if of == kind)

@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 def controllers(
     names: Sequence[str], problem: str = "bogie-secondary-v1"
 ) -> dict[str, agents.Controller]:
-    """Return controllers by what they are called: shipped ones by name, others by their file's name.
+    """Return controllers by their names: shipped ones by name, others by their file's name.
 
-    Shipped ones are those for a problem.
+    Shipped ones are those of a problem.
 
     Files of the same name in several folders go by their whole paths.
 

@@ -1,4 +1,4 @@
-"""``railenv critical-speed``: where steady running ends."""
+"""``railenv critical-speed``: the speed at which steady running ends."""
 
 from __future__ import annotations
 

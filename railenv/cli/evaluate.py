@@ -33,7 +33,8 @@ def evaluate(
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Tangent track and one curve only.")] = False,
     store: Annotated[
-        Path | None, typer.Option(help="JSON file to keep evaluations in, and to go on from.")
+        Path | None,
+        typer.Option(help="JSON file that keeps evaluations; finished ones are read from it."),
     ] = None,
     leaderboard: Annotated[bool, typer.Option("--leaderboard", help="Print a Markdown table.")] = False,
     plot: PlotOption = None,
@@ -41,7 +42,7 @@ def evaluate(
 ) -> None:
     """Measure how fast a vehicle runs with each controller: linear, nonlinear, robust, on curves.
 
-    With --problem the vehicle is that of the problem, and controllers are rated on all that it asks
+    With --problem the vehicle is that of the problem, and controllers are rated on everything it asks
     for, beside the vehicle without yaw dampers and with its best passive ones.
     """
     import agents

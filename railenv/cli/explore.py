@@ -1,4 +1,4 @@
-"""``railenv explore``: a page in the browser on which a vehicle's numbers are moved."""
+"""``railenv explore``: a page in the browser on which one moves a vehicle's numbers."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ def explore(
         bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")
     ] = True,
 ) -> None:
-    """Open a page that shows eigenvalues, motion, contact and limit cycles while numbers are moved.
+    """Open a page that shows eigenvalues, motion, contact and limit cycles as you move numbers.
 
-    Only browsers on this machine reach it. Stop it with Ctrl-C.
+    Only browsers on this machine can reach it. Stop it with Ctrl-C.
     """
     require("panel", "Panel", "the Explorer", extra="explore")
     from railenv.explorer import server

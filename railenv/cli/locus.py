@@ -39,11 +39,17 @@ def locus(
     points: Annotated[int, typer.Option(min=2, help="Number of speeds or values.")] = 100,
     parameter: Annotated[
         str | None,
-        typer.Option(help="Vary this instead of the speed, as conicity; gain, of the controller."),
+        typer.Option(
+            help="Vary this instead of the speed, such as conicity; gain varies the controller's."
+        ),
     ] = None,
-    first: Annotated[float | None, typer.Option("--from", help="Lowest value of it.")] = None,
-    last: Annotated[float | None, typer.Option("--to", help="Highest value of it.")] = None,
-    speed: Annotated[float | None, typer.Option("--speed", "-s", help="Speed for it, m/s.")] = None,
+    first: Annotated[
+        float | None, typer.Option("--from", help="Lowest value of the parameter.")
+    ] = None,
+    last: Annotated[float | None, typer.Option("--to", help="Highest value of the parameter.")] = None,
+    speed: Annotated[
+        float | None, typer.Option("--speed", "-s", help="Speed for --parameter, m/s.")
+    ] = None,
     control: ControlOptions,
     changes: SetOption = None,
     plot: PlotOption = None,

@@ -1,4 +1,4 @@
-"""A vehicle under a controller, as options of several commands say it."""
+"""A vehicle under a controller, as described by options of several commands."""
 
 from __future__ import annotations
 
@@ -52,7 +52,9 @@ def _controller(model: Equipped, control: ControlOptions) -> Feedback:
         for name in ("yaw_rate_gain", "washout", "period"):
             if getattr(control, name) is not None:
                 option = name.replace("_", "-")
-                raise ParameterError(f"--{option} does not go with --controller, which has its own")
+                raise ParameterError(
+                    f"--{option} cannot be combined with --controller, which has its own"
+                )
         (controller,) = controllers([control.controller]).values()
         if not isinstance(controller, Feedback):
             raise ParameterError(f"controller {control.controller!r} has no linearisation")

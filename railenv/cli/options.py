@@ -1,4 +1,4 @@
-"""Options that several commands have, each declared once; groups of them are dataclasses.
+"""Options that several commands share, each declared once; groups of them are dataclasses.
 
 A command with a group among its parameters is decorated with :func:`with_groups`.
 """
@@ -22,7 +22,7 @@ ModelName = Literal[VehicleModelName, "cooperrider"]
 
 SetOption = Annotated[
     list[str] | None,
-    typer.Option("--set", help="Change a parameter, as conicity=0.2; may be repeated."),
+    typer.Option("--set", help="Change a parameter, such as conicity=0.2; may be repeated."),
 ]
 ControllerOption = Annotated[
     str | None, typer.Option("--controller", help="Close the loop: a shipped controller, or a file.")
@@ -70,7 +70,7 @@ VehicleOption = Annotated[
 
 @dataclass(frozen=True)
 class VehicleOptions:
-    """Which vehicle, and how much of it."""
+    """The vehicle, and how much of it."""
 
     vehicle: VehicleOption = "HIGH_SPEED_COACH"
     model: Annotated[
@@ -86,14 +86,14 @@ class VehicleOptions:
 
 @dataclass(frozen=True)
 class ControlledVehicleOptions(VehicleOptions):
-    """Which vehicle controllers are designed for and compared on: that of the environments."""
+    """The vehicle on which controllers are designed and compared: that of the environments."""
 
     vehicle: VehicleOption = "HIGH_SPEED_COACH_HOLLOW"
 
 
 @dataclass(frozen=True)
 class CurveOptions:
-    """Where it runs."""
+    """The curve it runs on."""
 
     radius: Annotated[
         float,
@@ -111,7 +111,7 @@ class CurveOptions:
 
 @dataclass(frozen=True)
 class TrackOptions:
-    """How the curve begins and ends, and how the rails lie."""
+    """The ends of the curve, and the irregularity of the track."""
 
     straight: Annotated[
         float | None, typer.Option(help="Straight track before the curve, m; with --transition.")
@@ -144,16 +144,16 @@ class TrackOptions:
 
 @dataclass(frozen=True)
 class ControlOptions:
-    """Which controller closes the loop, if any: a name or a file, or a yaw rate that is damped."""
+    """The controller that closes the loop, if any: a name, a file, or damping of the yaw rate."""
 
     controller: ControllerOption = None
     yaw_rate_gain: Annotated[
         float | None,
-        typer.Option(help="Damp the yaw rate by actuators: moment against it, N m per rad/s."),
+        typer.Option(help="Damp the yaw rate by actuators: opposing moment, N m per rad/s."),
     ] = None
     washout: Annotated[
         float | None,
-        typer.Option(help="Corner frequency (Hz) below which it does not; none if left out."),
+        typer.Option(help="Corner frequency (Hz) below which it is not damped; none if left out."),
     ] = None
     delay: Annotated[
         float | None, typer.Option(help="Transport delay of the commands, s; 0.01 if left out.")
@@ -162,7 +162,7 @@ class ControlOptions:
 
 
 def with_groups(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command, in place of each group among its parameters, the options of the group."""
+    """Give a command the options of each group among its parameters, in place of the group."""
     hints = get_type_hints(command, include_extras=True)
     groups: dict[str, Any] = {name: kind for name, kind in hints.items() if is_dataclass(kind)}
     parameters = []

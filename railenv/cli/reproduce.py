@@ -1,4 +1,4 @@
-"""``railenv reproduce``: what it computes and shows."""
+"""``railenv reproduce``: the report of the reproduction."""
 
 from __future__ import annotations
 
@@ -30,16 +30,18 @@ def reproduce(
     ] = False,
     first_page: Annotated[
         bool,
-        typer.Option("--first-page", help="Only what takes seconds."),
+        typer.Option("--first-page", help="Only the results that take seconds."),
     ] = False,
     jobs: Annotated[
-        int | None, typer.Option("--jobs", "-j", min=1, help="Processes; as many as processors.")
+        int | None,
+        typer.Option("--jobs", "-j", min=1, help="Processes; by default one for each processor."),
     ] = None,
     fresh: Annotated[
-        bool, typer.Option("--fresh", help="Forget what was computed before; otherwise it is kept.")
+        bool,
+        typer.Option("--fresh", help="Compute everything again; otherwise earlier results are kept."),
     ] = False,
 ) -> None:
-    """Show what the package does, and every result of the paper, computed again beside its claims."""
+    """Show what the package does, and recompute every result of the paper beside its claims."""
     from design.reproduction import Interrupted
 
     try:
@@ -117,7 +119,7 @@ def _note(quick: bool, first: bool) -> str:
 
 
 def show_overview(section: Any, data: Any, console: Console) -> None:
-    """Print what the package does: a coach's critical speeds, and what controllers make of them."""
+    """Print what the package does: a coach's critical speeds, with and without controllers."""
     from agents.reproduction.overview import CAPTION, HEADINGS
 
     console.rule(f"[bold]{section.title}")
@@ -139,7 +141,7 @@ def claims_table(claims: Sequence[Any]) -> Table:
         box=box.SIMPLE,
         padding=(0, 1),
         pad_edge=False,
-        caption="+ agrees, - differs, ? cannot be told; the report says why",
+        caption="+ agrees, - differs, ? cannot be decided; the report says why",
     )
     table.add_column("claim", ratio=4)
     for name in claims[0].findings:

@@ -1,4 +1,4 @@
-"""``railenv simulate``: a motion in time."""
+"""``railenv simulate``: simulation of a motion in time."""
 
 from __future__ import annotations
 
@@ -41,7 +41,9 @@ def simulate(
     duration: Annotated[float, typer.Option(help="Time simulated, s.")] = 10.0,
     perturb: Annotated[
         list[str] | None,
-        typer.Option(help="Add to a state at the start, as y_w1=0.005 (SI units); may be repeated."),
+        typer.Option(
+            help="Add to a state at the start, such as y_w1=0.005 (SI units); may be repeated."
+        ),
     ] = None,
     step: Annotated[
         float | None, typer.Option(help="Time step, s; from the fastest mode when left out.")
@@ -125,7 +127,7 @@ def _irregularity(track: TrackOptions) -> Any:
 
 
 def _assessed(found: Found, assessment: Assessment) -> Found:
-    """Return what is reported of a motion, and of its assessment."""
+    """Return the report of a motion and of its assessment."""
     summary = {
         "passed": assessment.passed,
         "section": assessment.section,

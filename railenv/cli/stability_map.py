@@ -33,9 +33,11 @@ def stability_map(
     *,
     x: Annotated[
         str,
-        typer.Option("--x", help="First parameter, as radius:500:20000:40:log or radius:500,1000,inf."),
+        typer.Option(
+            "--x", help="First parameter, such as radius:500:20000:40:log or radius:500,1000,inf."
+        ),
     ],
-    y: Annotated[str, typer.Option("--y", help="Second parameter, as conicity:0.05:0.4:40.")],
+    y: Annotated[str, typer.Option("--y", help="Second parameter, such as conicity:0.05:0.4:40.")],
     plant: VehicleOptions,
     quantity: Annotated[
         Literal["critical-speed", "damping", "growth"], typer.Option(help="What to map.")

@@ -35,13 +35,13 @@ def train(
     ] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of everything random.")] = None,
     config: Annotated[
-        Path | None, typer.Option(help="Recipes of your own, YAML or JSON (a run.json, too).")
+        Path | None, typer.Option(help="Your own recipes, YAML or JSON (or a run.json).")
     ] = None,
     changes: Annotated[
         list[str] | None,
         typer.Option(
             "--set",
-            help="Change the recipe, as env_kwargs.speed_range=[40,200]; null takes a key away; "
+            help="Change the recipe, such as env_kwargs.speed_range=[40,200]; null removes a key; "
             "may be repeated.",
         ),
     ] = None,
@@ -52,7 +52,7 @@ def train(
         ),
     ] = None,
     base: Annotated[
-        Path | None, typer.Option(help="Controller file; what is learned is added to its action.")
+        Path | None, typer.Option(help="Controller file; the policy's action is added to its own.")
     ] = None,
     device: Annotated[str | None, typer.Option(help="cpu, cuda or auto.")] = None,
     tensorboard: Annotated[
@@ -111,7 +111,7 @@ def _show(algorithm: str, environment: str, changes: dict[str, Any], config: Pat
 
 
 def _report(done: Training, directory: Path, as_json: bool) -> None:
-    """Say what a run led to."""
+    """Print the result of a run."""
     if as_json:
         print(json.dumps({"directory": str(directory), "best": done.policy.about}, indent=2))
         return

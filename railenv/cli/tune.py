@@ -1,4 +1,4 @@
-"""``railenv tune``: controllers designed as the shipped ones."""
+"""``railenv tune``: controllers designed as the shipped ones were."""
 
 from __future__ import annotations
 

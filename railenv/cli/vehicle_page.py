@@ -25,13 +25,13 @@ _SECTIONS = {
 """Titles of the sections, by the field that each starts with."""
 
 _FEW = 5
-"""Fields in which a vehicle may differ from another one and still be told by them."""
+"""Number of fields in which a vehicle may differ from another and be shown by its differences."""
 
 
 def page(shown: Sequence[Vehicle], rows: Sequence[FieldDescription]) -> str:
     """Return the page of some vehicles in Markdown.
 
-    A vehicle that differs little from an earlier one is told by the difference, the others have a
+    A vehicle that differs little from an earlier one is shown by its differences; the others have a
     column in every table.
     """
     likes = {v.name: _like(v, shown[:i]) for i, v in enumerate(shown)}
@@ -46,7 +46,7 @@ def page(shown: Sequence[Vehicle], rows: Sequence[FieldDescription]) -> str:
     ]
     variants = [(v, like) for v in shown if (like := likes[v.name]) is not None]
     if variants:
-        lines += ["Vehicles without a column of their own differ from another one in:", ""]
+        lines += ["Vehicles without their own column differ from another one in:", ""]
         lines += ["| vehicle | as | but |", "|---|---|---|"]
         lines += [f"| `{v.name}` | `{like.name}` | {_difference(v, like)} |" for v, like in variants]
         lines += [""]
@@ -58,7 +58,7 @@ def page(shown: Sequence[Vehicle], rows: Sequence[FieldDescription]) -> str:
 
 
 def _like(vehicle: Vehicle, earlier: Sequence[Vehicle]) -> Vehicle | None:
-    """Return the vehicle that a later one differs from the least, if that is little."""
+    """Return the vehicle from which a later one differs least, if they differ little."""
     nearest = min(earlier, key=lambda v: len(_differing(vehicle, v)), default=None)
     few = nearest is not None and len(_differing(vehicle, nearest)) <= _FEW
     return nearest if few else None
@@ -116,7 +116,7 @@ def _table(title: str, rows: Sequence[FieldDescription], columns: Sequence[Vehic
 
 
 def _characteristics(rows: Sequence[FieldDescription], columns: Sequence[Vehicle]) -> list[str]:
-    """Return the section of what is given by points."""
+    """Return the section of the characteristics given by points."""
     tables = _tables()
     lines = [
         f"| `{row.name}` | {row.unit} | `{v.name}` | {written(points)} | {row.meaning} |"
@@ -140,13 +140,13 @@ def numeric(rows: Sequence[FieldDescription]) -> list[FieldDescription]:
 
 
 def own_numbers(law: ContactLaw | None) -> list[dataclasses.Field[Any]]:
-    """Return the numbers of a contact law, but for the conicity, which vehicles have."""
+    """Return the numbers of a contact law, except the conicity, which vehicles have."""
     fields = dataclasses.fields(law) if law is not None else ()
     return [f for f in fields if "bounds" in f.metadata and f.name != "conicity"]
 
 
 def told(law: ContactLaw | None) -> str:
-    """Return what a contact law is, in words; nothing of a cone, whose conicity tells all."""
+    """Return a contact law in words; nothing for a cone, which its conicity describes."""
     if isinstance(law, ProfilePair):
         return str(law)
     if isinstance(law, ProfileFamily):

@@ -56,7 +56,9 @@ def vehicles(
     if toml and name is None:
         raise ParameterError("--toml needs the name of one vehicle")
     if model != "bogie" and not toml:
-        raise ParameterError(f"--model is {model}; it is for --toml, all else is of all models")
+        raise ParameterError(
+            f"--model is {model}; it is for --toml, all other output is for all models"
+        )
     found = named(name) if name else None
     if isinstance(found, Assembly):
         if model != "bogie":

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 Job = tuple[str, Callable[[], object]]
 
-_SPEED = 20.0  # m/s, at which everything is called; compiling knows no numbers
+_SPEED = 20.0  # m/s, for all calls; what is compiled does not depend on it
 
 
 def warm(
@@ -36,7 +36,7 @@ def warm(
     ] = True,
     as_json: JsonOption = False,
 ) -> None:
-    """Trace and compile kernels ahead, so that no first use waits; what is there already is kept."""
+    """Trace and compile kernels ahead of their first use; kernels in the cache are kept."""
     jobs = [*(_shipped() if shipped else ()), *(job for file in toml or [] for job in _own(file))]
     start = time.perf_counter()
     done = []
@@ -58,7 +58,7 @@ def warm(
 
 
 def _shipped() -> Iterator[Job]:
-    """Return what the package's own analyses, and environments with their own vehicles, need."""
+    """Return the jobs for the package's own analyses, and for environments with their own vehicles."""
     vehicle, dual = railenv.HIGH_SPEED_COACH, railenv.DualWheelset(railenv.TABLE_1)
     for model in (railenv.Bogie(vehicle), dual, railenv.CooperriderBogie(), railenv.Coach(vehicle)):
         yield from _of_model(model)
@@ -77,7 +77,7 @@ def _shipped() -> Iterator[Job]:
 
 
 def _own(file: str) -> Iterator[Job]:
-    """Return what a vehicle of a file needs."""
+    """Return the jobs for a vehicle from a file."""
     vehicle = named(file)
     if isinstance(vehicle, railenv.Vehicle):
         raise ParameterError(
@@ -105,7 +105,7 @@ def _of_environments(model: railenv.Equipped) -> Iterator[Job]:
 
 
 def _analyses(model: Model) -> None:
-    """Call what equilibria, eigenvalues, limit cycles and simulations call."""
+    """Call the kernels of equilibria, eigenvalues, limit cycles and simulations."""
     from design.cycles.shooting import Setting, Shooting
 
     evaluator = model.evaluator()
@@ -128,7 +128,7 @@ def _analyses(model: Model) -> None:
 
 
 def _batch(model: Model) -> None:
-    """Call what batches in lanes call."""
+    """Call the kernels of batches in lanes."""
     from railenv.batch import Batch
 
     batch = Batch([model])
@@ -138,7 +138,7 @@ def _batch(model: Model) -> None:
 
 
 def _pictures() -> None:
-    """Call what pictures of environments call."""
+    """Call the kernels of pictures of environments."""
     kernels = load_pictures()
     pixels = np.zeros((4, 4), dtype=np.uint32)
     kernels.halve(pixels, pixels[:2, :2])

@@ -1,4 +1,4 @@
-"""Equivalent conicity: of the kinematic motion (EN 15302) and by harmonic linearisation."""
+"""Equivalent conicity, by the kinematic motion (EN 15302) and by harmonic linearisation."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ def equivalent_conicity(
     amplitude: ArrayLike,
     method: Method = "EN 15302",
 ) -> Any:
-    """Return the equivalent conicity of a rolling-radius difference, a table over the lateral shift.
+    """Return the equivalent conicity of a rolling-radius difference over the lateral shift.
 
-    By EN 15302 it is that of the coned wheelset whose kinematic motion has the same wavelength. A
-    wheelset moves by y'' = -delta_r(y) / (2 e r0); the time between its turning points is an integral
-    over its potential energy, exact for a table that is straight between its points, and e and r0
-    cancel. Where the wheelset does not come back over the centre there is no such motion, and the
+    By EN 15302 it is the conicity of the coned wheelset whose kinematic motion has the same
+    wavelength. A wheelset moves by y'' = -delta_r(y) / (2 e r0); the time between its turning points is
+    an integral over its potential energy, exact for a table that is straight between its points, and e
+    and r0 cancel. If the wheelset does not return across the centre, there is no such motion, and the
     conicity is 0.
 
-    The harmonic one is the first Fourier coefficient of delta_r over a sine of the amplitude about
+    The harmonic conicity is the first Fourier coefficient of delta_r over a sine of the amplitude about
     y = 0, as a describing function has it.
 
     Parameters
@@ -41,7 +41,7 @@ def equivalent_conicity(
     y : array_like
         Lateral shift of the wheelset, m, rising.
     rolling_radius_difference : array_like
-        Rolling radius of the wheel it is shifted to, less the other's, m.
+        Rolling radius of the wheel towards which it is shifted, minus the other's, m.
     amplitude : float or array_like
         Half the distance of the turning points, m.
     method : {"EN 15302", "harmonic"}
@@ -54,7 +54,7 @@ def equivalent_conicity(
     Raises
     ------
     ParameterError
-        If the table is none, or an amplitude is not positive or goes beyond it.
+        If the table is invalid, or an amplitude is not positive or goes beyond it.
     """
     checks.choice("method", method, METHODS)
     places = checks.numbers("y", y, least=2)
@@ -62,7 +62,7 @@ def equivalent_conicity(
     if places.shape != delta.shape:
         raise ParameterError(
             f"there are {len(places)} y and {len(delta)} rolling-radius differences; they must be "
-            "as many"
+            "equal in number"
         )
     if not (np.isfinite(places).all() and np.isfinite(delta).all()):
         raise ParameterError(
@@ -133,7 +133,7 @@ class _Table:
         free = float(ends.min()) - self.potential(y)
         if free.min() <= 0.0:
             return 0.0  # it does not cross the centre
-        # half a period by the substitution of a sine, which takes the singular ends away
+        # half a period, with a sine substituted, which removes the singular ends
         half_period = np.pi * (amplitude * np.cos(phase) / np.sqrt(2.0 * free)).mean()
         return float((np.pi / half_period) ** 2)
 
@@ -161,7 +161,7 @@ class _Table:
         return float(min(roots, key=lambda root: abs(root + amplitude)))
 
     def _root(self, amplitude: float, low: float, high: float) -> float:
-        """Return where both potentials are equal, between two tries: there it is a parabola."""
+        """Return the place of equal potentials between two tries, where they are parabolas."""
         middle = 0.5 * (low + high)
         at = np.array([low, middle, high])
         f0, fm, f1 = (self.potential(at + 2.0 * amplitude) - self.potential(at)).tolist()

@@ -1,4 +1,4 @@
-"""The laws of creep beside FASTSIM on one patch: forces over creepage, and how far off they are."""
+"""Comparison of creep laws with FASTSIM on one patch: forces over creepage, and deviations."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 Direction = Literal["longitudinal", "lateral"]
 
 _SPINS = (0.0, 0.5, 2.0)  # 1/m: none, a worn tread (contact angle 0.23 rad), a flange of 66 degrees
-_WIDEST = 3.0  # largest creepage, over that at which the linear theory reaches the adhesion limit
+_WIDEST = 3.0  # largest creepage, over the one where the linear theory reaches the adhesion limit
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class CreepComparison:
         Raises
         ------
         ParameterError
-            If one of them is none of those compared.
+            If one of them was not compared.
         """
         checks.choice("law", law, LAWS)
         checks.choice("direction", direction, ("longitudinal", "lateral"))

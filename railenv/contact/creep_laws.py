@@ -1,4 +1,4 @@
-"""Creep forces of one contact patch by each of the laws: those that a vehicle uses, and FASTSIM."""
+"""Creep forces of one contact patch by the laws that a vehicle uses, and by FASTSIM."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def creep_forces(
     spin: ArrayLike,
     patch: ContactPatch,
 ) -> CreepForces:
-    """Return the creep forces on the wheel by a law.
+    """Return the creep forces on the wheel by one of the laws.
 
     All laws but FASTSIM take Kalker's linear forces of the patch times the share that
     ``railenv.equations.creep`` gives.
@@ -47,7 +47,7 @@ def creep_forces(
     Raises
     ------
     ParameterError
-        If the law is unknown, a creepage is not finite or the shapes do not go together.
+        If the law is unknown, a creepage is not finite or the shapes do not match.
     """
     checks.choice("law", law, LAWS)
     if law == "fastsim":
@@ -63,7 +63,7 @@ def creep_forces(
 
 
 def _share(law: Law, beta: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the share by a law of scalars, entry by entry."""
+    """Return the share entry by entry, by a law written for scalars."""
     one: Callable[[float], float]
     if law == "heuristic":
         one = heuristic

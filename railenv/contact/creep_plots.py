@@ -1,4 +1,4 @@
-"""How creep laws are drawn."""
+"""Drawings of creep laws."""
 
 from __future__ import annotations
 

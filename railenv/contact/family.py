@@ -19,12 +19,12 @@ from railenv.fields import Number, number
 from railenv.tables import Table
 
 TABLE_STEP = 1e-5
-"""m, at which the flange is looked for."""
+"""Step (m) of the search for the flange."""
 
 
 @dataclass(frozen=True)
 class ProfileFamily(ContactLaw):
-    """Profiles between a new pair and a worn one: one number makes the contact older.
+    """Profiles between a new pair and a worn one, by one number for the wear.
 
     Lift, rolling radius and contact place are taken between those of both pairs, in proportion to the
     wear. So conicity and contact angle go together, as they do in service. The normal contact stays
@@ -58,7 +58,7 @@ class ProfileFamily(ContactLaw):
 
     @classmethod
     def table_fields(cls) -> list[str]:
-        """Names of what the equations read as tables."""
+        """Names of the fields that the equations read as tables."""
         return ["new", "worn"]
 
     def table(self, field: str) -> Table:

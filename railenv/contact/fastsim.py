@@ -1,7 +1,7 @@
 """FASTSIM: Kalker's algorithm for the simplified theory of rolling contact, for many cases at once.
 
 The patch is cut into strips along the rolling direction, each into cells of equal length. From the
-leading edge on, the stress of a strip grows with the rigid slip over a flexibility, and wherever it
+leading edge on, the stress of a strip grows with the rigid slip over a flexibility; wherever it
 exceeds the traction bound it is cut down to it: the cell slips. There are three flexibilities, one for
 each creepage, as in the published results of CONTACT; one mean flexibility would be wrong by a quarter
 where lateral creepage and spin oppose each other. Their price: where longitudinal and lateral creepage
@@ -74,9 +74,9 @@ def fastsim(
 ) -> CreepForces:
     """Return creep forces by FASTSIM.
 
-    Signs as in the linear theory: F_x = -f33 xi_x, F_y = -f11 xi_y - f12 spin for small creepages. The
-    stress of a cell is that at its trailing end, as in Kalker's program, so that this slope comes out
-    1/``cells`` too steep.
+    Signs are those of the linear theory: F_x = -f33 xi_x, F_y = -f11 xi_y - f12 spin for small
+    creepages. The stress of a cell is that at its trailing end, as in Kalker's program, so that this
+    slope comes out 1/``cells`` too steep.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def fastsim(
     Raises
     ------
     ParameterError
-        If a creepage is not a finite number, the shapes do not go together, or an option is unknown.
+        If a creepage is not a finite number, the shapes do not match, or an option is unknown.
     """
     found = creepages(longitudinal_creepage, lateral_creepage, spin)
     shape = found[0].shape
@@ -119,7 +119,7 @@ def stress_field(
     cells: int = 100,
     bound: Bound = "parabolic",
 ) -> StressField:
-    """Return the stresses of one case; arguments and errors as of :func:`fastsim`."""
+    """Return the stresses of one case; arguments and errors are those of :func:`fastsim`."""
     values = {
         "longitudinal_creepage": longitudinal_creepage,
         "lateral_creepage": lateral_creepage,
@@ -197,7 +197,7 @@ def creepages(longitudinal: ArrayLike, lateral: ArrayLike, spin: ArrayLike) -> l
     Raises
     ------
     ParameterError
-        If an entry is not a finite number, or the shapes do not go together.
+        If an entry is not a finite number, or the shapes do not match.
     """
     named = {"longitudinal_creepage": longitudinal, "lateral_creepage": lateral, "spin": spin}
     found = []

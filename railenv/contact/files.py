@@ -32,11 +32,11 @@ _KEY = re.compile(r"^\s*([A-Za-z][\w. ]*?)\s*=\s*(.*)$")
 
 @dataclass
 class _Raw:
-    """What a file says before it is brought into the package's axes."""
+    """The content of a file before conversion to the package's axes."""
 
     rows: list[tuple[float, float]] = field(default_factory=list)
     scale: float | None = None
-    """Metres per unit of length; None where the file does not tell."""
+    """Metres per unit of length; None if the file does not state it."""
     source: str = ""
 
 
@@ -76,9 +76,9 @@ def parse(
     mirror: bool = False,
     tape_circle: float = 0.0,
 ) -> Profile:
-    """Return the profile that the content of a file holds; nothing is read from its path.
+    """Return the profile in the content of a file; nothing is read from its path.
 
-    The path's ending tells the format, and the path names the file in errors; see
+    The path's ending gives the format, and the path names the file in errors; see
     :meth:`Profile.read`.
     """
     file = Path(path)
@@ -90,17 +90,19 @@ def parse(
         raise ParameterError(f"{str(file)!r} is the profile of a {own}, not of a {kind}")
     kind = kind or own
     if kind is None:
-        raise ParameterError(f"{str(file)!r} does not tell what it holds; say kind='wheel' or 'rail'")
+        raise ParameterError(
+            f"{str(file)!r} does not state its kind of profile; give kind='wheel' or 'rail'"
+        )
     if units is not None:
         checks.choice("units", units, tuple(UNITS))
     if mirror and kind == "wheel":
-        raise ParameterError("mirror is for rails; the flange of a wheel tells which way its y points")
+        raise ParameterError("mirror is for rails; the flange of a wheel shows the direction of its y")
     place = checks.number("tape_circle", tape_circle, unit="m")
     raw = _read(content, file, ending)
     scale = raw.scale if units is None else UNITS[units]
     if scale is None:
         raise ParameterError(
-            f"{str(file)!r} does not tell its units; say units='mm' or 'm', or write them into its "
+            f"{str(file)!r} does not state its units; give units='mm' or 'm', or write them into its "
             "first line, as y_mm,z_mm"
         )
     if not raw.rows:
@@ -156,7 +158,7 @@ def _read(content: bytes, file: Path, ending: str) -> _Raw:
 
 
 def _simpack(file: Path, lines: list[str], kind: Kind) -> _Raw:
-    """Read points between ``point.begin`` and ``point.end``, and what the keys say about them."""
+    """Read points between ``point.begin`` and ``point.end``, and the keys that describe them."""
     raw, inside, ended = _Raw(scale=1.0), False, False
     keys: dict[str, str] = {}
     header: dict[str, str] = {}
@@ -177,7 +179,7 @@ def _simpack(file: Path, lines: list[str], kind: Kind) -> _Raw:
             (header if section == "header" else keys)[found[1]] = found[2].strip().strip("'\"")
     if not ended:
         raise ParameterError(
-            f"{str(file)!r} has no point.begin ... point.end, so it is no SIMPACK file"
+            f"{str(file)!r} has no point.begin ... point.end, so it is not a SIMPACK file"
         )
     told = header.get("type")
     if told is not None and _value(file, "type", told) != float(kind == "wheel"):
@@ -208,7 +210,7 @@ def _simpack(file: Path, lines: list[str], kind: Kind) -> _Raw:
 
 
 def _miniprof(file: Path, lines: list[str]) -> _Raw:
-    """Read keys, and points below them in the columns that ``ColumnDef`` tells; lengths are in mm."""
+    """Read keys, and points below them in the columns that ``ColumnDef`` names; lengths are in mm."""
     raw = _Raw(scale=1e-3)
     keys: dict[str, str] = {}
     columns = ["X", "Y"]
@@ -244,7 +246,7 @@ def _miniprof(file: Path, lines: list[str]) -> _Raw:
 
 
 def _text(file: Path, lines: list[str]) -> _Raw:
-    """Read two columns; comments and one line of titles before them may tell the units."""
+    """Read two columns; comments and one line of titles before them may give the units."""
     raw = _Raw()
     comments = []
     titled = False
@@ -267,7 +269,7 @@ def _text(file: Path, lines: list[str]) -> _Raw:
 
 
 def _signs(kind: Kind, points: Array, mirror: bool) -> tuple[float, float]:
-    """Return what y and z are multiplied by so that they point outwards and upwards."""
+    """Return the factors that make y and z point outwards and upwards."""
     y, z = points.T
     if kind == "wheel":
         side, up = flange_side(y, z)

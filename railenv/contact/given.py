@@ -1,4 +1,4 @@
-"""Contact laws as users and files give them."""
+"""Contact laws from users and files."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def contact_law(value: Any) -> ContactLaw:
 
 
 def resolved(owner: str, conicity: Number, contact: Any) -> tuple[Number, ContactLaw]:
-    """Return conicity and contact law where one of them, or both, are given.
+    """Return conicity and contact law, where one or both of them are given.
 
     ``conicity`` is the short form of a cone.
 

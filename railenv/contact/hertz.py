@@ -13,7 +13,7 @@ from railenv import checks
 from railenv.errors import ParameterError
 
 LARGEST_RATIO = 1e3
-"""Ratio of the semi-axes, or its inverse, beyond which the contact is a line and no ellipse."""
+"""Ratio of the semi-axes, or its inverse, beyond which the contact is a line, not an ellipse."""
 
 
 @dataclass(frozen=True)
@@ -70,9 +70,9 @@ class ContactEllipse:
     rolling, lateral : float
         Semi-axes (m) in the rolling direction (a) and across it (b).
     approach : float
-        By how much (m) distant points of the two bodies come closer.
+        Approach of distant points of the two bodies, m.
     maximum_pressure : float
-        In the middle, Pa.
+        Pressure in the middle, Pa.
     """
 
     rolling: float
@@ -149,18 +149,18 @@ def wheel_ellipse(
     load : float
         Normal force, N.
     rolling_radius : float
-        Of the wheel, m.
+        Rolling radius of the wheel, m.
     crown_radius : float
-        Of the rail's head in its cross-section, m.
+        Radius of the rail's head in its cross-section, m.
     profile_radius : float
-        Of the wheel's profile in its cross-section (m): positive convex, negative hollow,
-        ``math.inf`` straight.
+        Radius of the wheel's profile in its cross-section, m: positive for convex, negative for
+        hollow, ``math.inf`` for straight.
     material : Material
 
     Raises
     ------
     ParameterError
-        If a radius is out of range, or the profile is as hollow as the crown is round.
+        If a radius is out of range, or the profile's hollow is as tight as the crown.
     """
     rolling_radius = checks.number("rolling_radius", rolling_radius, low=0.0, open_low=True, unit="m")
     crown_radius = checks.number("crown_radius", crown_radius, low=0.0, open_low=True, unit="m")

@@ -57,8 +57,8 @@ def kalker_coefficients(ratio: float, poissons_ratio: float) -> KalkerCoefficien
 
     Between the entries of the table (a/b from 0.1 to 10) the inverse coefficients, which are
     flexibilities, are interpolated: linearly over the slenderness (the smaller of a/b and b/a) and by a
-    parabola over Poisson's ratio, which serves C33 itself, for C33 is nearly linear in it. Beyond the
-    table Kalker's asymptotic formulas hold, scaled so that they meet its end; the scale (at most 7 %,
+    parabola over Poisson's ratio; C33 itself is interpolated because it is nearly linear in it. Beyond
+    the table Kalker's asymptotic formulas hold, scaled to meet its end; the scale (at most 7 %,
     mostly below 3 %) fades with the slenderness.
 
     Parameters

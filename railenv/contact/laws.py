@@ -1,6 +1,6 @@
-"""Contact laws: which wheel runs on which rail, as frozen records.
+"""Contact laws: the wheel and the rail it runs on, as frozen records.
 
-Each says what :mod:`railenv.equations.shapes` needs to know. Numbers are SI, angles in rad; ``eta`` is
+Each holds what :mod:`railenv.equations.shapes` needs. Numbers are SI, angles in rad; ``eta`` is
 the lateral shift of a wheel over its rail towards its own flange.
 """
 
@@ -49,29 +49,29 @@ class ContactLaw(Numbered):
 
     law: ClassVar[shapes.Law]
     example: ClassVar[Mapping[str, float]] = MappingProxyType({})
-    """Some numbers, for where only the structure matters."""
+    """Arbitrary numbers, for uses where only the structure matters."""
 
     def __post_init__(self) -> None:
         self.check_fields()
 
     @property
     def called(self) -> str:
-        """What the law is called in messages."""
+        """Name of the law in messages."""
         return f"{type(self).__name__}"
 
     @property
     def flange_clearance(self) -> float | None:
-        """Lateral way up to the flange (m), of laws that have a flange."""
+        """Lateral clearance up to the flange (m), for laws with a flange."""
         return None
 
     @property
     def flange_angle(self) -> float | None:
-        """Largest contact angle (rad), of laws that have a flange."""
+        """Largest contact angle (rad), for laws with a flange."""
         return None
 
     @property
     def flange_top(self) -> tuple[float, float] | None:
-        """Shift and lift (m) behind which the flange is less steep again, of laws with one."""
+        """Shift and lift (m) beyond which the flange becomes less steep, for laws with a flange."""
         return None
 
     def linear(self, amplitude: float = 0.0) -> LinearContact:
@@ -90,7 +90,7 @@ class ContactLaw(Numbered):
         """
         names = [f.name for f in dataclasses.fields(self)]
         checks.known(f"field of {self.called}", changes, names)
-        # a copy would look for the contacts of profiles again
+        # a copy would search the contacts of profiles again
         return dataclasses.replace(self, **changes) if changes else self
 
     def has_table(self, field: str) -> bool:
@@ -98,11 +98,11 @@ class ContactLaw(Numbered):
         return True
 
     def settings(self) -> list[Any]:
-        """Nothing: what is no number of a law is no part of the equations."""
+        """Return an empty list: only the numbers of a law are part of the equations."""
         return []
 
     def with_numbers(self, values: Mapping[str, Any]) -> Self:
-        """Return the law with numbers for all its texts; raises where they do not go together."""
+        """Return the law with numbers for all its texts; raise if they contradict each other."""
         return self.replace(**{f: values[f] for f in self.number_fields()})
 
     def named(self) -> Self:
@@ -233,7 +233,7 @@ class ArcProfile(ContactLaw):
 
 @dataclass(frozen=True)
 class HollowTread(ContactLaw):
-    """A tread from new to worn hollow, defined by its conicity; with a spring behind the flange.
+    """A tread from new to worn hollow, described by its conicity; with a spring behind the flange.
 
     It is the linear part of :class:`ArcProfile`: the more hollow the tread, the closer its radius comes
     to that of the rail, and the faster the contact angle changes with the shift. So conicity and

@@ -1,4 +1,4 @@
-"""Nadal's limit: up to which Y/Q a wheel does not climb its flange."""
+"""Nadal's limit: the Y/Q up to which a wheel does not climb its flange."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def nadal(flange_angle: float, friction: float) -> float:
 
 
 def angle_of_flange(law: ContactLaw) -> float | None:
-    """Return the angle (rad) of a wheel's flange; None where its contact law has no flange."""
+    """Return the angle (rad) of a wheel's flange; None if its contact law has no flange."""
     if law.flange_angle is None or not math.isfinite(law.flange_clearance or math.inf):
         return None
     return law.flange_angle

@@ -49,10 +49,10 @@ FINEST_STEP = 2e-6
 """m; the least ``ProfilePair.step``."""
 
 REACH = 0.020
-"""m, how far to both sides the tables go, if the profiles do."""
+"""Range (m) of the tables to both sides, if the profiles reach so far."""
 
 FLANGE_SLOPE = 0.5
-"""Tangent of the contact angle from which on a wheel is said to run on its flange."""
+"""Tangent of the contact angle above which a wheel counts as running on its flange."""
 
 STEEP = 0.98
 """Share of the largest slope down to which a flange counts as at its steepest."""
@@ -60,18 +60,18 @@ STEEP = 0.98
 _NEWTON_STEPS = 6
 _BLEND = 0.02  # of the tangent, within which a rail begins to give way
 _ONWARDS = 0.05  # least change of the shift over that of the contact, on a rail that yields
-_END = 5e-4  # m; contact nearer to the end of a profile's points is not trusted
+_END = 5e-4  # m; contacts nearer to the end of a profile's points are not trusted
 _FLANGE_DROP = 6e-3  # m below the tape circle, where no tread is
 _RIGID_STEP = 1e-5  # m
 _COARSE_STEP = 1e-4  # m
-_FINE = 1001  # places in a cell of points, where a level is looked for
-_FURTHEST = 0.06  # m inwards, where a place for the wheel is looked for
+_FINE = 1001  # places in a cell of points, to find a level
+_FURTHEST = 0.06  # m inwards, to find a place for the wheel
 _RESOLVED = 1e-9
 _GAUGES = (0.3, 2.5)  # m, from garden railways to more than Brunel's
 
 
 class Tables(NamedTuple):
-    """Columns over a uniform grid of shifts, for splines; all but the shift are 0 at its 0.
+    """Columns over a uniform grid of shifts, for splines; all columns are 0 at the shift 0.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ class Tables(NamedTuple):
 
 
 class RigidContact(NamedTuple):
-    """Contact of rigid profiles; fields are as the methods of :class:`ProfilePair`."""
+    """Contact of rigid profiles; fields are those of the methods of :class:`ProfilePair`."""
 
     height: Array
     angle: Array
@@ -100,10 +100,10 @@ class RigidContact(NamedTuple):
 class ProfilePair(ContactLaw):
     """A wheel's profile on a rail's.
 
-    All quantities are those of one wheel over ``eta``, its lateral shift towards its own flange, so
-    that left and right are the same. The contact is quasi-elastic: lift, radius and place are means
-    over the gap with weights exp(-gap/width), so that they are smooth where rigid contact jumps, and
-    the slope of the lift is the tangent of the contact angle, as the work of the normal force requires.
+    Everything is given for one wheel over ``eta``, its lateral shift towards its own flange, so that
+    left and right are the same. The contact is quasi-elastic: lift, radius and place are means over the
+    gap with weights exp(-gap/width), so that they are smooth where rigid contact jumps, and the slope
+    of the lift is the tangent of the contact angle, as the work of the normal force requires.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ class ProfilePair(ContactLaw):
         Name of a shipped profile, a file (see :meth:`Profile.read`), points in m (see
         :meth:`Profile.of`) or a profile. Kept as a :class:`Profile`.
     inclination : float
-        Angle by which the rail leans towards the track's centre, rad. 0 for a rail that was measured as
+        Angle by which the rail leans towards the track's centre, rad; 0 for a rail that was measured as
         it lies in the track.
     gauge : float
         Distance of the rails, m.
@@ -122,22 +122,22 @@ class ProfilePair(ContactLaw):
     tape_circle : float
         Distance of the tape circle from the back of the flange, m.
     gauge_depth : float
-        How far below the top of the rail the gauge is measured, m.
+        Depth below the top of the rail at which the gauge is measured, m.
     width : float
         Width of the weights, m. A Hertzian patch of lateral semi-axis b on profiles of relative radius
         R is as wide as these weights for ``width`` = b^2 / (5 R): 1.5e-5 m for wheels of about 60 kN,
-        5e-6 m for 10 kN. The narrower, the closer to rigid contact.
+        5e-6 m for 10 kN. Narrower weights come closer to rigid contact.
     step : float
         Step of the tables, m; where the contact jumps, the slope of the lift changes within about 4
         ``width`` over the difference of the slopes, some 0.03 mm from tread to flange. With the default
-        step splines are right there to 0.001 in the slope and 1 um in the radius (which jumps by 8 mm).
-        Halve it with the width.
+        step, splines are accurate there to 0.001 in the slope and 1 um in the radius (which jumps by
+        8 mm). Halve it with the width.
     rail_yield : float
-        How far the rail gives way sideways under the wheel load, if that pushed sideways (wheel load
-        over lateral stiffness), m: 3.5e-3 m for 57 kN on the 16.2 MN/m of the paper. It is in what the
-        equations of motion read, and gives the flange its stiffness: the rail gives way to what a
-        contact pushes more than a tread does (:data:`TREAD_SLOPE`), which friction holds. What the
-        methods tell of the profiles is that of unyielding rails. 0 is such a rail.
+        Lateral displacement of the rail if the wheel load pushed sideways (wheel load over lateral
+        stiffness), m: 3.5e-3 m for 57 kN on the 16.2 MN/m of the paper. The equations of motion
+        include it, and it gives the flange its stiffness: the rail yields to the thrust of a contact
+        beyond that of a tread (:data:`TREAD_SLOPE`), which friction holds. The methods describe the
+        profiles on unyielding rails. 0 is such a rail.
     grid : float
         Step of the tables that the equations of motion read, m.
 
@@ -198,27 +198,27 @@ class ProfilePair(ContactLaw):
 
     @classmethod
     def table_fields(cls) -> list[str]:
-        """Names of what the equations read as tables."""
+        """Names of the fields that the equations read as tables."""
         return ["profiles"]
 
     def table(self, field: str) -> Table:
-        """Return what the equations read: the columns of :class:`railenv.equations.shapes.Touch`."""
+        """Return the table for the equations, with columns :class:`railenv.equations.shapes.Touch`."""
         return self._table
 
     @cached_property
     def _table(self) -> Table:
-        """Columns over the shift of the wheel against a rail that gives way to a flange.
+        """Columns over the shift of the wheel on a rail that yields to a flange.
 
-        The rail stands aside until its spring holds the thrust. Lift and slope are then those of the
-        contact found there, and the lift has the work of the spring in it (it is a Moreau envelope):
-        the normal contact stays conservative. A flange goes on straight from where it is steepest.
+        The rail moves aside until its spring holds the thrust. Lift and slope are then those of the
+        contact found there, and the lift includes the work of the spring (it is a Moreau envelope), so
+        the normal contact stays conservative. Beyond its steepest place a flange goes on straight.
         """
         lift, radius, place = self._splines
         at = self._onwards()
         shift = at + self.rail_yield * _way(lift(at, 1))[0]
         reach = (math.ceil(shift[0] / self.grid), math.floor(shift[-1] / self.grid))
-        # The third derivative of a cubic jumps from cell to cell, and wheels at rest are at 0: that is
-        # to be the middle of a cell.
+        # The third derivative of a cubic jumps from cell to cell, so 0, where wheels rest, is to be in
+        # the middle of a cell.
         eta = (np.arange(reach[0], reach[1]) + 0.5) * self.grid
         at = np.interp(eta, shift, at)
         for _ in range(_NEWTON_STEPS):
@@ -230,7 +230,7 @@ class ProfilePair(ContactLaw):
         return Table.spline(eta, *columns, name=str(self)).with_slope(0)
 
     def _onwards(self) -> Array:
-        """Return the shifts of contacts that a rail that gives way lets come one after the other."""
+        """Return the shifts of the contacts that follow one another on a yielding rail."""
         eta = self.tables.eta
         lift = self._splines[0]
         slope = lift(eta, 1)
@@ -255,7 +255,7 @@ class ProfilePair(ContactLaw):
     def tables(self) -> Tables:
         """Lift, rolling radius and contact place over a uniform grid, for the equations of motion.
 
-        The grid goes 20 mm to both sides, less where the contact would leave the points of a profile or
+        The grid extends 20 mm to both sides, less if the contact would leave the points of a profile or
         pass the tip of the flange.
         """
         found = self._contacts
@@ -278,19 +278,19 @@ class ProfilePair(ContactLaw):
         return self.nominal_radius - self._centre[1] + self._read(self._splines[1], eta)
 
     def place(self, eta: ArrayLike, *, absolute: bool = False) -> Any:
-        """Return the contact place, m outwards from where it is at the shift 0.
+        """Return the contact place, m outwards from its place at the shift 0.
 
         Parameters
         ----------
         eta : float or array_like
         absolute : bool
-            Outwards from the track's centre instead.
+            Count outwards from the track's centre instead.
         """
         start = self.tape_place + self._centre[2] if absolute else 0.0
         return start + self._read(self._splines[2], eta)
 
     def rigid(self, eta: ArrayLike) -> RigidContact:
-        """Search the contact of the rigid profiles, without tables and weights: a check on these.
+        """Search the contact of the rigid profiles, without tables and weights, as a check on both.
 
         ``height`` counts from the rigid contact at the shift 0, and so does ``place``.
         """
@@ -328,10 +328,10 @@ class ProfilePair(ContactLaw):
 
     @cached_property
     def flange_clearance(self) -> float:
-        """Shift at which the contact reaches the flange, m; infinite where it does not.
+        """Shift at which the contact reaches the flange, m; infinite if it does not.
 
-        That is where the tangent of the contact angle becomes 0.5: more than any tread has, and less
-        than any flange.
+        There the tangent of the contact angle reaches 0.5, which is more than on any tread and less
+        than on any flange.
         """
         eta = self.tables.eta
         slope = np.tan(self.angle(eta))
@@ -343,7 +343,7 @@ class ProfilePair(ContactLaw):
 
     @cached_property
     def flange_top(self) -> tuple[float, float] | None:
-        """Shift and lift (m) behind which the flange is less steep again; None without a flange."""
+        """Shift and lift (m) beyond which the flange becomes less steep; None without a flange."""
         if not math.isfinite(self.flange_clearance):
             return None
         eta = self.tables.eta[self.tables.eta >= 0.0]
@@ -353,7 +353,7 @@ class ProfilePair(ContactLaw):
     # ---------------------------------------------------------------------- of the wheelset
 
     def rolling_radius_difference(self, y: ArrayLike) -> Any:
-        """Return left rolling radius less right (m) of a wheelset displaced by ``y`` (m) to the left.
+        """Return left minus right rolling radius (m) of a wheelset displaced by ``y`` (m) to the left.
 
         Its roll is neglected, as in EN 15302: both wheels are shifted by ``y`` and have this profile.
         """
@@ -361,12 +361,12 @@ class ProfilePair(ContactLaw):
         return self.radius(shift) - self.radius(-shift)
 
     def contact_angle_difference(self, y: ArrayLike) -> Any:
-        """Return left contact angle less right (rad) of a wheelset displaced to the left, m."""
+        """Return left minus right contact angle (rad) of a wheelset displaced to the left by y (m)."""
         shift = np.asarray(y, dtype=float)
         return self.angle(shift) - self.angle(-shift)
 
     def roll(self, y: ArrayLike) -> Any:
-        """Return the roll (rad, left up) of a wheelset that is displaced to the left, m."""
+        """Return the roll (rad, left up) of a wheelset displaced to the left by ``y`` (m)."""
         shift = np.asarray(y, dtype=float)
         return (self.height(shift) - self.height(-shift)) / (2.0 * self.half_contact_distance)
 
@@ -417,7 +417,7 @@ class ProfilePair(ContactLaw):
 
     @cached_property
     def surfaces(self) -> Surfaces:
-        """Curves of wheel and rail, and where they lie."""
+        """Curves of wheel and rail, and their places."""
         rail = self.rail.turned(self.inclination)
         curve = rail.curve()
         top = int(np.argmax(rail.z))
@@ -475,7 +475,7 @@ class ProfilePair(ContactLaw):
         )
 
     def _free(self, eta: float) -> bool:
-        """Tell whether the rigid wheel is on its tread at a shift."""
+        """Return whether the rigid wheel is on its tread at a shift."""
         _, slope, drop, _ = rigid(self.surfaces, eta, _COARSE_STEP)
         return slope < FLANGE_SLOPE and drop > -_FLANGE_DROP
 
@@ -526,7 +526,7 @@ class ProfilePair(ContactLaw):
 
     @cached_property
     def _difference(self) -> tuple[Array, Array]:
-        """Shifts to both sides alike, and the rolling-radius difference there."""
+        """Symmetric shifts, and the rolling-radius difference there."""
         eta, _, radius, _ = self.tables
         zero = int(np.argmin(np.abs(eta)))
         count = min(zero, len(eta) - 1 - zero)
@@ -545,7 +545,7 @@ class ProfilePair(ContactLaw):
 
 
 def _way(slope: Array) -> tuple[Array, Array, Array]:
-    """Return how far a rail gives way, its derivative by the slope, and the work of its spring.
+    """Return the yield of a rail, its derivative by the slope, and the work of its spring.
 
     All over ``rail_yield`` (and the wheel load); the slope is the tangent of the contact angle.
     """
@@ -557,7 +557,7 @@ def _way(slope: Array) -> tuple[Array, Array, Array]:
 
 
 def flange_top(eta: Array, slope: Array) -> float:
-    """Return the last shift at which the contact is about as steep as anywhere."""
+    """Return the last shift at which the contact is about as steep as it gets."""
     return float(eta[np.flatnonzero(slope >= STEEP * slope.max())[-1]])
 
 
@@ -567,7 +567,7 @@ def profile_of(value: Any, kind: Kind) -> Profile:
     Raises
     ------
     ParameterError
-        If it is none, or one of the other kind.
+        If it is not a profile, or one of the other kind.
     """
     if isinstance(value, Profile):
         found = value

@@ -1,4 +1,4 @@
-"""What a picture of a pair of profiles shows: both, and the places that touch at each shift."""
+"""The content of a picture of a pair of profiles: both, and the places that touch at each shift."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 CONTACTS = 0.0005
-"""m between two shifts whose contacts are joined by lines."""
+"""Distance (m) between two shifts whose contacts are joined by lines."""
 
 FURTHEST = 0.010
-"""m; shifts that are drawn, at most."""
+"""Largest shift drawn, m."""
 
 _BEYOND = 0.001  # m; how far beyond the flange's contact they go
 _SHALLOW = 0.022  # m below the top of the rail that are drawn
@@ -42,7 +42,7 @@ class PairPicture(NamedTuple):
 
 
 def furthest_shift(pair: ProfilePair) -> float:
-    """Return the largest shift (m) to both sides that pictures show."""
+    """Return the largest shift (m) to both sides in pictures."""
     low, high = pair.reach
     return min(-low, high, FURTHEST, pair.flange_clearance + _BEYOND)
 

@@ -1,4 +1,4 @@
-"""How a pair of profiles is drawn."""
+"""Drawings of a pair of profiles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A loaded contact patch between wheel and rail: what creep forces are computed for."""
+"""A loaded contact patch between wheel and rail, for which creep forces are computed."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class ContactPatch:
     friction : float
         Friction coefficient, the same for sticking and sliding.
     material : Material
-        Of both bodies.
+        Material of both bodies.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Profiles of wheels and rails: points, checked, and the smooth curve through them."""
+"""Profiles of wheels and rails: checked points and the smooth curve through them."""
 
 from __future__ import annotations
 
@@ -39,10 +39,10 @@ KINDS = ("wheel", "rail")
 
 LEAST_POINTS = 5
 WIDTHS = (0.02, 0.3)
-"""m; a profile that is narrower or wider than this is in other units."""
+"""m; a profile narrower or wider than this is in other units."""
 
 _LARGEST_HEIGHT = 0.2  # m
-_FLANGE = 0.012  # m; what stands out of a wheel's tread by more is its flange
+_FLANGE = 0.012  # m; the flange stands out of the tread by more than this
 _RAIL_DEPTH = 0.010  # m below its top, down to which the face of a rail must not fold
 _TREAD_WIDTH = 0.040  # m from the tape circle outwards, on which a wheel must not fold
 _SAME_POINT = 1e-10  # m
@@ -53,11 +53,11 @@ _NEWTON_STEPS = 5
 class Profile:
     """Cross section of a wheel or a rail.
 
-    Seen so that left and right are alike: ``y`` points outwards, to the field side, and ``z`` upwards.
-    The flange of a wheel is at negative ``y`` and hangs down, and ``y = 0`` is its tape circle. The
-    gauge face of a rail is at negative ``y``; where its origin lies does not matter.
+    The axes are the same for left and right: ``y`` points outwards, to the field side, and ``z``
+    upwards. The flange of a wheel is at negative ``y`` and hangs down, and ``y = 0`` is its tape
+    circle. The gauge face of a rail is at negative ``y``; where its origin lies does not matter.
 
-    Make one by :meth:`named`, :meth:`read` or :meth:`of`, which check the points.
+    Make one with :meth:`named`, :meth:`read` or :meth:`of`, which check the points.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class Profile:
         Raises
         ------
         UnknownNameError
-            If there is none of this name; :data:`SHIPPED` lists them.
+            If there is no profile of this name; :data:`SHIPPED` lists them.
         """
         if name not in SHIPPED:
             raise UnknownNameError("profile", [name], tuple(SHIPPED))
@@ -104,30 +104,30 @@ class Profile:
     ) -> Profile:
         """Read a profile from a file.
 
-        Formats go by the ending: ``.prw``, ``.prr`` (SIMPACK), ``.whl``, ``.ban`` (MiniProf), and
-        ``.csv``, ``.txt``, ``.dat`` with two columns. The flange tells which way the axes of a wheel's
-        file point, the sides of the head whether those of a rail point up or down.
+        The ending gives the format: ``.prw``, ``.prr`` (SIMPACK), ``.whl``, ``.ban`` (MiniProf), and
+        ``.csv``, ``.txt``, ``.dat`` with two columns. The direction of the axes is found from the
+        flange of a wheel, and up or down of a rail from the sides of its head.
 
         Parameters
         ----------
         path : path-like
         kind : {"wheel", "rail"}, optional
-            What a text holds; the other formats say so themselves.
+            Kind of profile in a text file; the other formats state it themselves.
         units : {"m", "mm"}, optional
-            Where the file does not tell, or instead of what it tells.
+            Units, if the file does not state them, or in place of those it states.
         name : str, optional
-            The file's name without ending if left out.
+            Name of the profile; the file's name without ending if left out.
         mirror : bool
-            The ``y`` of a rail's file points to the gauge side. A wheel needs no such word.
+            Whether the ``y`` of a rail's file points to the gauge side. Wheels do not need it.
         tape_circle : float
-            Where the tape circle of a wheel lies in the file, m, along the file's own ``y``.
+            Place of a wheel's tape circle in the file, m, along the file's own ``y``.
 
         Raises
         ------
         ParameterError
-            If the file or its points are not as they must be; the message says where.
+            If the file or its points are not valid; the message says where.
         FileNotFoundError
-            If there is none.
+            If the file does not exist.
         """
         from railenv.contact import files
 
@@ -151,7 +151,7 @@ class Profile:
         Raises
         ------
         ParameterError
-            If they are too few, not finite, in other units, or fold.
+            If the points are too few, not finite, in other units, or fold.
         """
         checks.choice("kind of profile", kind, KINDS)
         what = f"{kind} {name}"
@@ -186,9 +186,9 @@ class Profile:
         Raises
         ------
         ParameterError
-            If it lacks points, or they are not as they must be.
+            If it lacks points, or they are not valid.
         UnknownNameError
-            If there is another name in it.
+            If it has an unknown field.
         """
         checks.known(f"field of {kind}", value, ["name", "source", "points"])
         if "points" not in value:
@@ -205,7 +205,7 @@ class Profile:
         Raises
         ------
         ParameterError
-            If it folds then.
+            If the turned profile folds.
         """
         c, s = math.cos(angle), math.sin(angle)
         turned = np.stack([c * self.y - s * self.z, s * self.y + c * self.z], axis=1)
@@ -247,8 +247,8 @@ class Sampled(NamedTuple):
 class Curve:
     """Smooth curve z(y) through points, by Akima's cubics over the length of the chords.
 
-    They go straight through straight lines, do not swing at corners, and follow arcs of circles closely
-    also where these are steep, which cubics over ``y`` do not.
+    They stay straight on straight lines, do not swing at corners, and follow arcs of circles closely
+    even where these are steep, unlike cubics over ``y``.
     """
 
     y: Array
@@ -273,7 +273,7 @@ class Curve:
         for _ in range(_NEWTON_STEPS):
             miss = c0[:, 0] + t * (c1[:, 0] + t * (c2[:, 0] + t * c3[:, 0])) - y
             rate = c1[:, 0] + t * (2.0 * c2[:, 0] + 3.0 * t * c3[:, 0])
-            # in a face that is all but vertical the rate may vanish; any point of the cell serves there
+            # in a nearly vertical face the rate may vanish; any point of the cell will do there
             t = np.clip(t - miss / np.where(rate > 1e-9, rate, 1.0), 0.0, size)
         rate = np.maximum(c1[:, 0] + t * (2.0 * c2[:, 0] + 3.0 * t * c3[:, 0]), 1e-9)
         rise = c1[:, 1] + t * (2.0 * c2[:, 1] + 3.0 * t * c3[:, 1])
@@ -281,7 +281,7 @@ class Curve:
 
 
 def _points(what: str, points: ArrayLike) -> tuple[Array, Array]:
-    """Return y and z of points that are finite, without those that repeat the one before."""
+    """Return y and z of finite points, without points that repeat the one before."""
     try:
         values = np.array(points, dtype=float)
     except (OverflowError, TypeError, ValueError):
@@ -302,7 +302,7 @@ def _points(what: str, points: ArrayLike) -> tuple[Array, Array]:
 
 
 def _check_size(what: str, y: Array, z: Array) -> None:
-    """Raise unless the size is that of a profile in metres."""
+    """Raise unless the size is plausible for a profile in metres."""
     width, height = float(np.ptp(y)), float(np.ptp(z))
     low, high = WIDTHS
     if low <= width <= high and height <= _LARGEST_HEIGHT:
@@ -321,9 +321,9 @@ def _check_size(what: str, y: Array, z: Array) -> None:
 def _without_overhang(what: str, kind: Kind, y: Array, z: Array) -> tuple[Array, Array]:
     """Return the part of a profile on which z is a function of y.
 
-    No contact is possible on a face that hangs over, so such faces are cut off where they are below the
-    head of a rail, behind the tip of a flange, or beyond the tread of a wheel. Elsewhere points that go
-    back are mistakes.
+    No contact is possible on an overhanging face, so such faces are cut off below the head of a rail,
+    behind the tip of a flange, and beyond the tread of a wheel. Elsewhere points that go back are
+    mistakes.
     """
     middle = int(np.argmax(z) if kind == "rail" else np.argmin(np.abs(y)))
     ends = []
@@ -360,7 +360,7 @@ def _check_flange(what: str, y: Array, z: Array) -> None:
         )
     if not y[0] < 0.0 < y[-1]:
         raise ParameterError(
-            f"{what} reaches from y = {y[0]:g} to {y[-1]:g} m; y = 0 must lie within, for it is the "
+            f"{what} reaches from y = {y[0]:g} to {y[-1]:g} m; y = 0 must lie within because it is the "
             "tape circle"
         )
 

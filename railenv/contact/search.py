@@ -1,6 +1,6 @@
-"""Where a wheel touches a rail, over its lateral shift: by weights of the gap, or by its least place.
+"""Search of the wheel-rail contact over the lateral shift, by weights of the gap or its minimum.
 
-Both work in one frame: ``Y`` outwards from where the tape circle is when the wheel is not shifted, so
+Both use one frame: ``Y`` outwards from the place of the tape circle when the wheel is not shifted, so
 that the wheel's surface is W(Y - eta) and the rail's R(Y).
 """
 
@@ -23,15 +23,15 @@ _SHARPEST = 2000.0
 """1/m: curvature of the gap where a flange of 70 degrees is on a gauge corner of 13 mm."""
 
 _NODES = 2.0
-"""Nodes on the rail per standard deviation of the weights there; with two, sums are integrals."""
+"""Nodes on the rail per standard deviation of the weights; with two, sums equal integrals."""
 
-_ROWS = 64  # shifts that are worked on together: their gaps stay in the cache
-_LEAST_WEIGHT = 36.0  # widths of gap beyond which a weight is nothing to a float
+_ROWS = 64  # shifts computed together, whose gaps stay in the cache
+_LEAST_WEIGHT = 36.0  # widths of gap beyond which a weight is negligible in floats
 _OUTSIDE = 1.0  # m; the gap where there is no wheel
 
 
 class Surfaces(NamedTuple):
-    """Curves of wheel and rail, and how far the rail's ``Y`` is ahead of its own ``y``, m."""
+    """Curves of wheel and rail, and the offset (m) of the rail's ``Y`` from its own ``y``."""
 
     wheel: Curve
     rail: Curve
@@ -47,11 +47,11 @@ class Contacts:
     eta : ndarray
         Shift of the wheel towards its own flange, m.
     height : ndarray
-        Lift of the wheel, m, as the profiles' own heights give it.
+        Lift of the wheel, m, in the profiles' own heights.
     slope : ndarray
         Its derivative over the shift: the tangent of the contact angle against the axle.
     drop : ndarray
-        Height of the wheel's surface at the contact, m: the radius is the nominal radius less this.
+        Height of the wheel's surface at the contact, m: the radius is the nominal radius minus this.
     place : ndarray
         Contact place ``Y``, m.
     """
@@ -71,7 +71,7 @@ class Weights(NamedTuple):
     first : int
         Number of the first shift.
     nodes : ndarray of int
-        Which nodes the columns are.
+        Node of each column.
     values : ndarray
         Weights, shape (shifts, nodes).
     wheel : ndarray of int
@@ -131,7 +131,7 @@ class Search:
             yield Weights(first, nodes, values / sums[:, None], at)
 
     def _blocks(self) -> Iterator[tuple[int, Array, NDArray[np.intp], Array, Array]]:
-        """Return, of blocks of shifts, the first, least gaps, nodes, exp(-gap/width) and their sums."""
+        """Yield for blocks of shifts the first, least gaps, nodes, exp(-gap/width) and their sums."""
         # row k holds the wheel shifted by the k-th eta: its sample at node i is 2 steps + per i - k
         span = self.per * (len(self.Y) - 1) + 1
         shifted = sliding_window_view(self.wheel, span)[::-1, :: self.per]
@@ -150,8 +150,8 @@ class Search:
 def rigid(surfaces: Surfaces, eta: float, step: float) -> tuple[float, float, float, float]:
     """Return lift, slope, drop and place of the contact of rigid profiles, from the least gap.
 
-    A plain search, by no way of the other's: the gap is looked at in steps, and its least place is
-    refined by a parabola.
+    This plain search is independent of the other: it samples the gap in steps and refines its minimum
+    by a parabola.
     """
     low = max(surfaces.rail.y[0] + surfaces.rail_offset, surfaces.wheel.y[0] + eta)
     high = min(surfaces.rail.y[-1] + surfaces.rail_offset, surfaces.wheel.y[-1] + eta)

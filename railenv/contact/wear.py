@@ -1,4 +1,4 @@
-"""Wear of a wheel's tread by a plain rule: material goes where the wheel runs."""
+"""Wear of a wheel's tread by a plain rule: the wheel loses material where it runs."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from railenv.errors import ParameterError
 Array = NDArray[np.float64]
 
 PATCH = 2e-3
-"""m; standard deviation over which wear is smoothed, that of the pressure of a patch 9 mm wide."""
+"""Standard deviation (m) that smooths wear: that of the pressure of a patch 9 mm wide."""
 
 LARGEST_STEP = 2e-5
-"""m of depth between two searches of the contact, at most."""
+"""Largest depth (m) worn off between two searches of the contact."""
 
 _STEP = 5e-5  # m, of the search
-_SPREADS = 3.5  # standard deviations of the shift that count
+_SPREADS = 3.5  # standard deviations of the shift that are included
 _GRID = 2e-4  # m, of the worn profile
 _TREAD = (-0.030, 0.045)  # m from the tape circle: where the depth is measured
 _DEEPEST = 5e-3  # m; more than any limit of maintenance
@@ -31,17 +31,17 @@ _WIDEST_SPREAD = 1e-2  # m; clearances are smaller
 
 
 def worn(pair: ProfilePair, *, depth: float, spread: float, patch: float = PATCH) -> ProfilePair:
-    """Return a pair whose wheel has run.
+    """Return a pair with a worn wheel.
 
     The lateral shift is normally distributed about the centre, so that a wheel and its mirror image
-    wear alike. Each shift takes material off where its contact is, in proportion to the weights of the
-    contact, smoothed over a patch. The wheel loses it in small steps, and the contact is searched anew
+    wear the same. Each shift removes material at its contact, in proportion to the weights of the
+    contact, smoothed over a patch. The wheel loses it in small steps, with a new search of the contact
     after each, until the deepest place of the tread has lost ``depth``. The rail does not wear. The
-    worn profile is told from its own tape circle again, so its nominal radius is that of the worn
+    worn profile is given from its own tape circle again, so its nominal radius is that of the worn
     wheel.
 
-    The rule knows no forces and no creepage: it gives treads as hollow as measured ones and their
-    conicity, not mileage. Flanges hardly wear by it, unless the spread is as wide as the clearance.
+    The rule ignores forces and creepage: it gives treads as hollow as measured ones and their
+    conicity, not mileage. Flanges hardly wear, unless the spread is as wide as the clearance.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def worn(pair: ProfilePair, *, depth: float, spread: float, patch: float = PATCH
 
 
 def _rate(surfaces: Surfaces, y: Array, width: float, spread: float, patch: float) -> Array:
-    """Return how often places of the wheel are in contact, per length and smoothed over a patch."""
+    """Return the frequency of contact of places of the wheel, per length, smoothed over a patch."""
     search = Search(surfaces, step=_STEP, width=width, reach=_SPREADS * spread)
     likely = np.exp(-0.5 * (search.eta / spread) ** 2)
     likely /= likely.sum()
@@ -109,7 +109,7 @@ def _rate(surfaces: Surfaces, y: Array, width: float, spread: float, patch: floa
 
 
 def _until(lost: Array, rate: Array, depth: float) -> float:
-    """Return how long the deepest place needs to get to a depth."""
+    """Return the time that the deepest place needs to reach a depth."""
     with np.errstate(divide="ignore", invalid="ignore"):
         times = np.where(rate > 1e-12 * rate.max(), (depth - lost) / rate, np.inf)
     return float(max(0.0, times.min()))

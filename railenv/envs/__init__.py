@@ -1,4 +1,4 @@
-"""Gymnasium environments of hunting vehicles; ``gymnasium.make`` and ``make_vec`` make them by name."""
+"""Gymnasium environments of hunting vehicles; make them with ``gymnasium.make`` or ``make_vec``."""
 
 from railenv.envs.derailment import DERAILED
 from railenv.envs.environment import BogieEnv, CoachEnv, DualWheelsetEnv

@@ -1,4 +1,4 @@
-"""What the control steps compare with to tell a derailment."""
+"""Limits with which control steps detect a derailment."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ DERAILED = (
     "lateral displacement above 30 mm",
     "flange climbed onto the rail",
 )
-"""Why an episode ended in a derailment, by the number ``derailed`` of its info; 0 is no derailment."""
+"""Reasons of a derailment, by the number ``derailed`` of an episode's info; 0 is no derailment."""
 
 _NEVER = 1e300
 
@@ -27,13 +27,13 @@ def nadal_limits(setting: float | str, wheelset: Guided) -> tuple[float, float]:
     Parameters
     ----------
     setting : float or "contact angle"
-        The limit, or that it is Nadal's for the flanges and the friction of the wheelset.
+        The limit; or Nadal's limit for the flanges and the friction of the wheelset.
     wheelset : Guided
 
     Raises
     ------
     ParameterError
-        If it is to be Nadal's, and a wheel's contact law has no flange.
+        If Nadal's limit is asked for, and a wheel's contact law has no flange.
     """
     if not isinstance(setting, str):
         return setting, setting
@@ -47,14 +47,14 @@ def _flange_angle(wheelset: Guided, side: int) -> float:
     if wheelset.laws is None:
         raise ParameterError(
             f"nadal_limit is {CONTACT_ANGLE!r}, but the equations of {wheelset.name} are your own and "
-            "do not tell its profiles; give a number"
+            "do not give its profiles; give a number"
         )
     law = wheelset.laws[side]
     angle = angle_of_flange(law)
     if angle is None:
         raise ParameterError(
             f"nadal_limit is {CONTACT_ANGLE!r}, but the contact of {wheelset.name} is {law.called}, "
-            "which has no flange whose angle could be taken; give a number, or a contact with profiles "
+            "which has no flange with an angle; give a number, or a contact with profiles "
             "(railenv.ProfilePair, railenv.ProfileFamily)"
         )
     return angle
@@ -63,8 +63,8 @@ def _flange_angle(wheelset: Guided, side: int) -> float:
 def flange_tops(wheelset: Guided) -> tuple[float, float, float, float]:
     """Return shift and lift (m) at the top of the left, then the right flange.
 
-    Beyond it the flange is less and less steep, so that what has lifted the wheel there moves it on and
-    over the rail. Wheels without a flange in their profile have none to climb on.
+    Beyond the top the flange becomes less steep, so that the force that lifted the wheel there moves it
+    on and over the rail. Wheels without a flange in their profile have no top.
     """
     laws = wheelset.laws or (None, None)
     left, right = (law.flange_top if law else None for law in laws)

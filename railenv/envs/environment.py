@@ -39,12 +39,12 @@ def observation_space(fleet: Fleet) -> spaces.Box:
 
 
 def numbers_of(actions: Any) -> NDArray[np.float64] | None:
-    """Return actions as an array of finite numbers; None where they are not."""
+    """Return actions as an array of finite numbers; None if they are not."""
     try:
         values = np.asarray(actions, dtype=float)
     except (OverflowError, TypeError, ValueError):
         return None
-    if values.size < _FEW:  # of which an array operation takes longer
+    if values.size < _FEW:  # an array operation takes longer for so few
         finite = all(map(math.isfinite, values.ravel().tolist()))
     else:
         finite = bool(np.isfinite(values).all())
@@ -52,7 +52,7 @@ def numbers_of(actions: Any) -> NDArray[np.float64] | None:
 
 
 class History:
-    """Observations of some environments with their past ones behind them, newest first."""
+    """Present and past observations of some environments, newest first."""
 
     def __init__(self, n: int, width: int, length: int) -> None:
         self.width = width
@@ -72,8 +72,8 @@ class History:
 class HuntingEnv(gym.Env[NDArray[np.float32], Any]):
     """Base of the environments of one vehicle: a bogie, two wheelsets or a whole coach.
 
-    The classes of the ids have ``gymnasium.Env`` among their own bases, too: some libraries look there
-    to tell what they are given.
+    The classes of the ids also list ``gymnasium.Env`` among their own bases, because some libraries
+    look there to recognise an environment.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": 200}
@@ -103,7 +103,7 @@ class HuntingEnv(gym.Env[NDArray[np.float32], Any]):
 
     @property
     def spec(self) -> EnvSpec | None:
-        """How Gymnasium makes this environment again, in plain values, for JSON."""
+        """Spec from which Gymnasium remakes this environment, in plain values for JSON."""
         return self._spec
 
     @spec.setter
@@ -118,7 +118,7 @@ class HuntingEnv(gym.Env[NDArray[np.float32], Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Start a new episode; ``options`` pin what would be drawn (see the class)."""
+        """Start a new episode; ``options`` pin quantities that are otherwise drawn (see the class)."""
         super().reset(seed=seed)
         (pinned,) = broadcast_options(options, 1)
         self._fleet.reset(0, self.np_random, pinned)
@@ -132,7 +132,7 @@ class HuntingEnv(gym.Env[NDArray[np.float32], Any]):
         return self._history.stacked[0].copy(), self._start.copy()
 
     def _begin(self) -> None:
-        """Note what the infos of an episode start from."""
+        """Start the infos of a new episode."""
         episode = self._fleet.episodes[0]
         self._start = {} if episode is None else infos.of_start(episode)
 
@@ -230,12 +230,12 @@ class BogieEnv(HuntingEnv, gym.Env[NDArray[np.float32], Any]):
     ## Observation Space
 
     ``Box(-10, 10, (m,), float32)``; each entry is divided by its scale and clipped. With
-    ``observation="state"``: all states of vehicle, actuators and sensors, the latest commands,
-    speed, cant deficiency and cant. With ``"sensors"``: accelerometer and gyro of the frame, with
-    noise, bias and bandwidth, then speed and cant deficiency. ``history=k`` appends the k previous
-    observations. ``env.unwrapped.fleet.observation_table`` lists name, unit and scale of every entry.
-    ``context=True`` adds the drawn numbers of the vehicle, those of ``randomize``, from -1 to 1 over
-    their ranges; ``info`` always has them.
+    ``observation="state"``: all states of vehicle, actuators and sensors, the latest commands, speed,
+    cant deficiency and cant. With ``"sensors"``: accelerometer and gyro of the frame, with noise, bias
+    and bandwidth, then speed and cant deficiency. ``history=k`` appends the k previous observations.
+    ``env.unwrapped.fleet.observation_table`` lists name, unit and scale of every entry.
+    ``context=True`` adds the drawn numbers of the vehicle (``randomize``), from -1 to 1 over their
+    ranges; ``info`` always has them.
 
     ## Reward
 
@@ -252,27 +252,28 @@ class BogieEnv(HuntingEnv, gym.Env[NDArray[np.float32], Any]):
     where ``s(x) = x / (1 + x)``, k is the wavenumber of Klingel's kinematic hunting, delta the flange
     clearance, y_t the rails' displacement, and 0 marks the running equilibrium of the track under the
     vehicle: the steady offset in a curve costs nothing. The weights are shares of their sum (0.35,
-    0.25, 0.2, 0.05, 0.05, 0.1 unless given), so that a step's reward lies between 0 and 1; an amplitude
-    of an eighth of the clearance costs half of its weight. A derailment earns nothing and ends the
-    episode, so that for any discount it is worse than hunting on. Every term, before its weight,
-    is in ``info``.
+    0.25, 0.2, 0.05, 0.05, 0.1 unless given), so that a step's reward lies between 0 and 1; at an
+    amplitude of an eighth of the clearance the terms of hunting and excursion are 1/2. A derailment
+    earns nothing and ends the episode, so that for any discount it is worse than further hunting. Every
+    term, before its weight, is in ``info``.
 
     For learning under constraints ``info["cost"]`` is the largest of three shares of limits, which are
-    also in ``info``: ``nadal`` (Y/Q over 2 m, of ``nadal_limit``), ``unloading`` (the loss of a wheel's
-    static load, as a mean over 2 m, of 90 %) and ``instability`` (the running rms over 100 m of an
-    axle's sum of guiding forces, of the limit of EN 14363). At and above 1 a limit is exceeded.
+    also in ``info``: ``nadal`` (Y/Q over 2 m, as a share of ``nadal_limit``), ``unloading`` (the part
+    of its static load that a wheel has lost, as a mean over 2 m, as a share of 90 %) and
+    ``instability`` (the running rms over 100 m of an axle's sum of guiding forces, as a share of the
+    limit of EN 14363). At 1 and above, a limit is reached.
 
     ## Starting State
 
-    The running equilibrium, with all bodies moved sideways by up to ``initial_offset``. Speed and cant
-    are drawn from their ranges, then the curvature such that cant deficiency stays within
+    The running equilibrium, all bodies moved sideways by up to ``initial_offset``. Speed and cant are
+    drawn from their ranges, then the curvature, so that cant deficiency stays within
     ``max_cant_deficiency``; a quarter of the episodes are on tangent track. ``reset(options=...)`` pins
     ``speed``, ``radius`` or ``curvature``, ``cant``, ``offset``, ``irregularity_factor``, ``friction``,
     ``creep_factor``, ``body_mass`` or a number of the vehicle's contact law (``conicity``,
     ``contact_angle``, ``rail_profile_radius`` of the default's hollow tread); impossible values raise
-    an error. ``actuator_failure`` is the share of the episodes in which at some moment one actuator
-    stops receiving commands; ``failed_actuator`` (from 1; 0 for none) and ``failure_time`` in ``info``
-    say which and when, and can be pinned.
+    an error. ``actuator_failure`` is the share of the episodes in which one actuator gets no more
+    commands after some time; ``failed_actuator`` (from 1; 0 for none) and ``failure_time`` are in
+    ``info``, and can be pinned.
 
     ## Episode End
 
@@ -284,7 +285,7 @@ class BogieEnv(HuntingEnv, gym.Env[NDArray[np.float32], Any]):
 
     ``nadal_limit`` is 0.8, or ``"contact angle"`` for Nadal's own ``(tan g - mu) / (1 + mu tan g)``, g
     the largest contact angle of the flange and mu the friction of the episode. Only profiles
-    (``ProfilePair``, ``ProfileFamily``) have such an angle; the other laws raise an error.
+    (``ProfilePair``, ``ProfileFamily``) have such an angle; other contact laws raise an error.
 
     ## Arguments
 
@@ -298,10 +299,10 @@ class BogieEnv(HuntingEnv, gym.Env[NDArray[np.float32], Any]):
 
     ## Version History
 
-    - v1: one function of height describes how wheel and rail touch, for every contact law; the default
-      vehicle is the coach on hollow treads, whose conicity and contact angle go together. Infos have
-      the same names and single numbers throughout.
-    - v0: first version, on the printed contact; no longer available.
+    - v1: one function of height describes the contact of wheel and rail, for every contact law; the
+      default vehicle is the coach on hollow treads, whose conicity and contact angle go together. Infos
+      have the same names and single numbers throughout.
+    - v0: first version, with the contact as printed in the paper; removed.
     """
 
     plant = "bogie"
@@ -310,10 +311,10 @@ class BogieEnv(HuntingEnv, gym.Env[NDArray[np.float32], Any]):
 class DualWheelsetEnv(HuntingEnv, gym.Env[NDArray[np.float32], Any]):
     """Two wheelsets on a frame at rest, with a yaw actuator at each; Table 1 of the paper.
 
-    Everything is as in :class:`BogieEnv`, with these differences: the vehicle has 8 degrees of freedom
-    and hunts from 34 m/s on tangent track; actuators are ``"primary"`` (two, 5 kN m each) or
-    ``"none"``; the sensors are an accelerometer and a gyro on each axle; the ride term takes the larger
-    of both axles' accelerations; the default speeds are 20 to 60 m/s.
+    Everything is as in :class:`BogieEnv`, except: the vehicle has 8 degrees of freedom and hunts from
+    34 m/s on tangent track; actuators are ``"primary"`` (two, 5 kN m each) or ``"none"``; the sensors
+    are an accelerometer and a gyro on each axle; the ride term takes the larger of both axles'
+    accelerations; the default speeds are 20 to 60 m/s.
 
     >>> import gymnasium, railenv
     >>> env = gymnasium.make("railenv/DualWheelset-v1", actuator="none")
@@ -372,27 +373,27 @@ class CoachEnv(HuntingEnv, gym.Env[NDArray[np.float32], Any]):
     where ``s(x) = x / (1 + x)``, k is the wavenumber of Klingel's kinematic hunting, delta the flange
     clearance, y_t the rails' displacement, and 0 marks the running equilibrium of the track under the
     vehicle: the steady offset in a curve costs nothing. The weights are shares of their sum (0.35,
-    0.25, 0.2, 0.05, 0.05, 0.1 unless given), so that a step's reward lies between 0 and 1; an amplitude
-    of an eighth of the clearance costs half of its weight. A derailment earns nothing and ends the
-    episode, so that for any discount it is worse than hunting on. Every term, before its weight,
-    is in ``info``, and so are ``cost`` and its three parts, as for :class:`BogieEnv`, the worst
-    of eight wheels and four axles.
+    0.25, 0.2, 0.05, 0.05, 0.1 unless given), so that a step's reward lies between 0 and 1; at an
+    amplitude of an eighth of the clearance the terms of hunting and excursion are 1/2. A derailment
+    earns nothing and ends the episode, so that for any discount it is worse than further hunting. Every
+    term, before its weight, is in ``info``, and so are ``cost`` and its three parts, as for
+    :class:`BogieEnv`, the worst of eight wheels and four axles.
 
     Accelerations among the metrics are the body's; the readings of the two standards are those of the
     running gear: 49 CFR 213.333 of the frame that shakes more, EN 14363 of the four axles.
 
     ## Starting State
 
-    The running equilibrium, with all bodies moved sideways by up to ``initial_offset``. Speed and cant
-    are drawn from their ranges, then the curvature such that cant deficiency stays within
+    The running equilibrium, all bodies moved sideways by up to ``initial_offset``. Speed and cant are
+    drawn from their ranges, then the curvature, so that cant deficiency stays within
     ``max_cant_deficiency``; a quarter of the episodes are on tangent track. With ``track="curve"`` each
     body runs on the curvature and cant of its own place, so that the leading bogie enters the
     transition first. ``reset(options=...)`` pins ``speed``, ``radius`` or ``curvature``, ``cant``,
     ``offset``, ``irregularity_factor``, ``friction``, ``creep_factor``, ``body_mass`` or a number of
     the vehicle's contact law (``conicity``, ``contact_angle``, ``rail_profile_radius`` of the default's
     hollow tread); impossible values raise an error. ``actuator_failure`` is the share of the episodes
-    in which at some moment one actuator stops receiving commands; ``failed_actuator`` (from 1; 0 for
-    none) and ``failure_time`` in ``info`` say which and when, and can be pinned.
+    in which one actuator gets no more commands after some time; ``failed_actuator`` (from 1; 0 for
+    none) and ``failure_time`` are in ``info``, and can be pinned.
 
     ## Episode End
 

@@ -1,4 +1,4 @@
-"""What an episode runs on: speed, curve, vehicle, irregularity, drawn at random or pinned."""
+"""Conditions of an episode: speed, curve, vehicle and irregularity, drawn at random or pinned."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from railenv.errors import ParameterError
 from railenv.model import Model
 
 FAILURE = ("failed_actuator", "failure_time")
-"""Number of the actuator that fails, from 1, and when (s since the start); 0 and 0 for none."""
+"""Number of the failing actuator, from 1, and time of its failure (s since the start); 0 for none."""
 
 RUNNING = ("speed", "radius", "curvature", "cant", "irregularity_factor", "offset", *FAILURE)
-"""What ``reset(options=...)`` may pin of any vehicle, beside its own numbers; of a curve one."""
+"""Options that ``reset`` may pin for any vehicle, beside its own numbers; one of a curve's two."""
 
 
 def condition_names(numbers: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of an episode's conditions, those of the vehicle's numbers among them."""
+    """Return the names of an episode's conditions, including those of the vehicle's numbers."""
     return ("speed", "curvature", "cant", *numbers, "irregularity_factor", "offset", *FAILURE)
 
 
-_LAST_FAILURE = 0.75  # of the duration, so that there is time to tell what becomes of it
-_DRAWS = 16  # uniform numbers of an episode, always all drawn, so that pins change nothing else
+_LAST_FAILURE = 0.75  # of the duration, so that there is time to see the effect
+_DRAWS = 16  # uniform numbers of an episode; all are always drawn, so that pins change nothing else
 
 
 @dataclass(frozen=True)
@@ -43,23 +43,23 @@ class Episode:
     curvature, cant : float
         Of the circular curve, 1/m and rad; both signed.
     plan : tuple of float
-        Start and end of the clothoid into the curve and of that out of it, m.
+        Start and end of the clothoid into the curve and of the one out of it, m.
     plant : Model
         The vehicle.
     numbers : mapping of str to float
         Numbers of the vehicle that may vary from episode to episode.
     irregularity_factor : float
     line_offset : float
-        m along the line of irregularities.
+        Place along the line of irregularities, m.
     offset : float
-        m, lateral, of all bodies at the start.
+        Lateral displacement of all bodies at the start, m.
     biases : ndarray, shape (4,)
         Standard normal numbers that scale the sensors' biases.
     noise_seed : int
     failed_actuator : int
         Number of the actuator that fails, from 1; 0 for none.
     failure_time : float
-        s since the start, from which it gets no commands.
+        Time (s since the start) from which it gets no commands.
     """
 
     speed: float
@@ -82,7 +82,7 @@ class Episode:
         return 1.0 / self.curvature if self.curvature else math.inf
 
     def conditions(self) -> dict[str, float]:
-        """Return what was drawn, finite numbers under names by which they can be pinned."""
+        """Return the drawn conditions as finite numbers, under the names that pin them."""
         return {
             "speed": self.speed,
             "curvature": self.curvature,
@@ -136,7 +136,7 @@ def draw(settings: Settings, rng: np.random.Generator, pinned: Mapping[str, Any]
 
 
 def _failure(settings: Settings, u: NDArray[np.float64], pinned: Mapping[str, Any]) -> dict[str, Any]:
-    """Return which actuator fails and when."""
+    """Return the failing actuator and the time of its failure."""
     n = len(settings.equipped.command_names)
     failed = 1 + int(u[1] * n) if u[0] < settings.actuator_failure else 0
     if "failed_actuator" in pinned:
@@ -157,7 +157,7 @@ def _running(
 ) -> tuple[float, float, float]:
     """Return speed, curvature and cant with cant deficiency V^2 k / g - cant within its limit.
 
-    What is free is drawn from the part of its range that what is pinned leaves possible.
+    Free quantities are drawn from the part of their range that the pinned ones leave possible.
     """
     gravity = settings.equipped.gravity
     slack = settings.max_cant_deficiency / CANT_BASE
@@ -179,7 +179,7 @@ def _running(
         if abs(cant or 0.0) > slack:
             raise _impossible(settings, pinned)
         return _between(speeds, u[3]), 0.0, cant or 0.0
-    # along the curve's own hand: curvature k in [gentle, tight], cant c, both of one sign by rule
+    # along the curve's own hand: curvature k in [gentle, tight], cant c, by rule of the same sign
     gentle, tight = (0.0, 1.0 / settings.min_radius) if curvature is None else (abs(curvature),) * 2
     cants = settings.cant_range if cant is None else (hand * cant,) * 2
     low = max(cants[0], speeds[0] ** 2 * gentle / gravity - slack)
@@ -201,7 +201,7 @@ def _running(
 
 
 def _pinned_curvature(pinned: Mapping[str, Any]) -> float | None:
-    """Return the curvature that is pinned, by itself or by its radius; None where it is free."""
+    """Return the curvature, pinned itself or by its radius; None if it is free."""
     if "curvature" not in pinned:
         return checks.curvature(pinned["radius"]) if "radius" in pinned else None
     if "radius" in pinned:
@@ -210,7 +210,7 @@ def _pinned_curvature(pinned: Mapping[str, Any]) -> float | None:
 
 
 def _impossible(settings: Settings, pinned: Mapping[str, Any]) -> ParameterError:
-    """Say that no running condition suits what is pinned and the ranges of the rest."""
+    """Return the error that no running condition fits the pinned values and the other ranges."""
     held = {n: pinned[n] for n in ("speed", "radius", "curvature", "cant") if n in pinned}
     return ParameterError(
         f"cant deficiency cannot be kept within {1e3 * settings.max_cant_deficiency:g} mm either way "
@@ -237,7 +237,7 @@ def _plant(
 
 
 def numbers_of(plant: Model, names: Sequence[str], changes: Mapping[str, float]) -> dict[str, float]:
-    """Return numbers of a vehicle; ``creep_factor`` is what its creep coefficients were changed by."""
+    """Return numbers of a vehicle; ``creep_factor`` is the factor on its creep coefficients."""
     given = {"creep_factor": float(changes.get("creep_factor", 1.0)), **plant.parameters}
     return {name: given[name] for name in names}
 
@@ -245,7 +245,7 @@ def numbers_of(plant: Model, names: Sequence[str], changes: Mapping[str, float])
 def _plan(
     settings: Settings, speed: float, u: NDArray[np.float64]
 ) -> tuple[float, float, float, float]:
-    """Return where clothoids start and end; a constant curve began before and never ends."""
+    """Return the starts and ends of clothoids; a constant curve began before and never ends."""
     if settings.track == "constant":
         return (-2.0, -1.0, 1e12, 2e12)
     run = speed * settings.duration

@@ -1,7 +1,7 @@
 """Environments side by side: their states, resets and control steps, behind both environment classes.
 
 One environment is a fleet of one in the scalar kernel, a vector environment one in the lane kernel;
-both kernels are the same text, so that the same seed gives the same numbers.
+both kernels have the same source, so that the same seed gives the same numbers.
 """
 
 from __future__ import annotations
@@ -38,19 +38,19 @@ BOUND = 10.0
 """Largest magnitude of an observation, in units of its scale."""
 
 RIDE_SCALE = CFR_LIMIT / 3.0
-"""m/s^2, at which the ride term is 1/2: a third of the limit of 49 CFR 213.333 for frames."""
+"""Acceleration (m/s^2) at which the ride term is 1/2: a third of the limit of 49 CFR 213.333."""
 
 QUIET = 0.125
-"""Amplitude, as a share of the clearance, at which the terms of hunting and excursion are 1/2."""
+"""Amplitude, as a share of the clearance, at which the hunting and excursion terms are 1/2."""
 
 BODY_RIDE_SCALE = Limits().ride_lateral_rms / 3.0
-"""m/s^2, the same for a body above the frames: a third of the rms value of EN 14363 for its ride."""
+"""The same (m/s^2) for a body above the frames: a third of EN 14363's rms value for its ride."""
 
 THREAD_PAYS_FROM = 128
-"""Number of environments that are work enough for a thread, some 0.1 ms.
+"""Number of environments that give a thread enough work, some 0.1 ms.
 
-With fewer, waking it costs more than it saves. ``RAILENV_NUM_THREADS=1`` keeps to one thread, which is
-best where other processes have the other processors, such as environments of their own.
+With fewer, waking it costs more than it saves. ``RAILENV_NUM_THREADS=1`` uses a single thread, which is
+best where other processes, such as their own environments, use the other processors.
 """
 
 _RING_SECONDS, _RING_METRES = 2.0, 100.0
@@ -58,7 +58,7 @@ _REDRAWS = 20
 
 
 def _readings_of(speed: float, period: float) -> int:
-    """Return how many readings 2 s and 100 m of track take at a speed (m/s)."""
+    """Return the number of readings in 2 s and in 100 m of track at a speed (m/s)."""
     return math.ceil(max(_RING_SECONDS, _RING_METRES / speed) / period)
 
 
@@ -128,7 +128,7 @@ class Fleet:
 
     @property
     def integration_steps(self) -> list[tuple[float, int]]:
-        """Length (s) of each integration step of a control period, and how old the command in it is.
+        """Length (s) of each integration step of a control period, and the age of the command in it.
 
         The age is counted in control periods: 0 is the command of the period itself.
         """
@@ -152,7 +152,7 @@ class Fleet:
         return np.asarray(self.terms[:, self._kernels.DERAILED] > 0.0)
 
     def reason(self, i: int) -> str:
-        """Why a vehicle has derailed; empty where it has not."""
+        """Return the reason of a derailment; empty if there was none."""
         return DERAILED[int(self.terms[i, self._kernels.REASON])]
 
     @cached_property
@@ -167,7 +167,7 @@ class Fleet:
 
     @cached_property
     def _context(self) -> list[Reading]:
-        """What the observation tells of the vehicle, the same throughout an episode."""
+        """Return the observation's entries for the vehicle, which are constant during an episode."""
         return context_table(self.model, self.settings.randomize) if self.settings.context else []
 
     def _context_of(self, plant: Model) -> list[float]:
@@ -191,7 +191,7 @@ class Fleet:
         return np.array([reading.rest for reading in self.observation_table])
 
     def _join(self) -> None:
-        """Gather what the kernel reads and writes beside its buffers."""
+        """Gather the kernel's arguments beside its buffers."""
         self._arrays = (
             self._lines,
             self._window,
@@ -206,12 +206,12 @@ class Fleet:
         )
 
     def _view(self, buffer: Array, i: int) -> Array:
-        """Rows of one environment in a buffer of blocks."""
+        """Return the rows of one environment in a buffer of blocks."""
         block, lane = divmod(i, self._lanes)
         return buffer[block].reshape(-1, self._lanes)[:, lane]
 
     def state(self, i: int) -> Array:
-        """State of one environment's model."""
+        """Return the state of one environment's model."""
         return self._view(self._blocks, i)[: self.model.n_states].copy()
 
     def set_state(self, i: int, state: Array) -> None:
@@ -219,7 +219,7 @@ class Fleet:
         self._view(self._blocks, i)[: self.model.n_states] = state
 
     def all_states(self) -> Array:
-        """States of all environments' models, shape (n, n_states)."""
+        """Return the states of all environments' models, shape (n, n_states)."""
         rows = self._blocks.reshape(len(self._blocks), -1, self._lanes)[:, : self.model.n_states]
         return rows.transpose(0, 2, 1).reshape(-1, self.model.n_states)[: self.n].copy()
 
@@ -235,18 +235,18 @@ class Fleet:
         return np.clip(moments / self.model.limits, -1.0, 1.0)
 
     def conditions(self, i: int) -> tuple[float, float, float]:
-        """Speed, curvature and cant where one environment is now."""
+        """Return speed, curvature and cant at the present place of one environment."""
         speed, curvature, cant = self._view(self._blocks, i)[self._layout.c : self._layout.p]
         return float(speed), float(curvature), float(cant)
 
     def rails(self, i: int) -> Array:
-        """Lateral displacement of the rails under each wheelset, m."""
+        """Return the lateral displacement of the rails under each wheelset, m."""
         w, names = self._view(self._blocks, i), self.model.input_names
         under = (g.rails for g in self._guided)
         return np.array([w[self._layout.u + names.index(n[0])] if n else 0.0 for n in under])
 
     def equilibrium(self, i: int) -> Array:
-        """Return the plant's running equilibrium where one environment is, shape (n_states,)."""
+        """Return the plant's running equilibrium at the place of one environment, shape (n_states,)."""
         episode = self.episodes[i]
         assert episode is not None
         _, curvature, cant = self.conditions(i)
@@ -268,7 +268,7 @@ class Fleet:
         Raises
         ------
         EquilibriumError
-            If it has none.
+            If the episode has no running equilibrium.
         """
         self.place(i, episode, self._equilibria(episode))
 
@@ -280,7 +280,7 @@ class Fleet:
         ParameterError
             If pinned quantities are impossible.
         EquilibriumError
-            If the running equilibrium that they ask for does not exist.
+            If the pinned running equilibrium does not exist.
         """
         for _ in range(_REDRAWS):
             episode = draw(self.settings, rng, pinned)
@@ -295,7 +295,7 @@ class Fleet:
         )
 
     def _equilibria(self, episode: Episode) -> Array:
-        """Equilibria of the plant at equal shares of the episode's curve, shape (NODES, n)."""
+        """Return the plant's equilibria at equal shares of the episode's curve, shape (NODES, n)."""
         plant = episode.plant
         kernels = plant.kernels()
         layout = kernels.LAYOUT
@@ -402,7 +402,7 @@ class Fleet:
         )
 
     def _references(self, episode: Episode, nodes: Array) -> Array:
-        """Table of what rewards are measured from, shape (NODES, REFERENCES)."""
+        """Return the table of reference values for the rewards, shape (NODES, REFERENCES)."""
         names = self.model.plant.state_names
         wanted = (*(g.y for g in self._guided), *(g.psi for g in self._guided))
         columns = [nodes[:, names.index(n)] for n in wanted]
@@ -450,11 +450,11 @@ class Fleet:
         }
 
     def recent(self, i: int) -> Array:
-        """Signals of one environment's last 2 s and 100 m, oldest first, shape (samples, RING_SIGNALS).
+        """Return signals of the last 2 s and 100 m, oldest first, shape (samples, RING_SIGNALS).
 
-        Lateral displacement of each wheelset from the equilibrium (m), sum of guiding forces of each
-        axle whose forces are known (N), specific force of each body of :attr:`railenv.Equipped.watched`
-        from the steady one (m/s^2).
+        Of one environment: lateral displacement of each wheelset from the equilibrium (m), sum of
+        guiding forces of each axle whose forces are known (N), specific force of each body of
+        :attr:`railenv.Equipped.watched` from the steady one (m/s^2).
         """
         steps, ring = int(self.steps[i]), self._ring[i]
         in_order = np.roll(ring, -(steps % len(ring)), axis=0)
@@ -493,7 +493,7 @@ class Fleet:
         self._join()
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave compiled kernels out; they are found again on disk."""
+        """Leave out compiled kernels; they are found again on disk."""
         return {key: value for key, value in self.__dict__.items() if key != "_kernels"}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -503,7 +503,7 @@ class Fleet:
 
 
 def _delay(settings: Settings, delay: float) -> tuple[int, int, int]:
-    """Return integration steps before and after the command changes, and slots of the delay line."""
+    """Return the integration steps before and after a command change, and slots of the delay line."""
     T = settings.control_period
     slots = delay_slots(delay, T)
     rest = delay - (slots - 2) * T

@@ -1,8 +1,8 @@
-"""Settings as plain values: what JSON and command lines can say, and back.
+"""Conversion of settings to plain values, as in JSON and on command lines, and back.
 
 Gymnasium keeps the keywords of an environment in its spec, writes them as JSON and makes environments
-from them again. So keywords that are records may be given by mappings of their fields, and by names
-where there are some; ``base`` in a mapping names the record that supplies the other fields.
+from them again. So keywords that are records may also be mappings of their fields, or names
+where they have names; ``base`` in a mapping names the record that supplies the other fields.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ ACTUATORS: Mapping[str, Callable[[], Actuator]] = {
     "primary": Actuator.primary,
     "lateral": Actuator.lateral,
 }
-"""Actuators that have a name."""
+"""Actuators with a name."""
 
 SENSORS: Mapping[str, Callable[[], Sensors]] = {"standard": Sensors.standard, "ideal": Sensors.ideal}
-"""Sensors that have a name."""
+"""Sensors with a name."""
 
 
 def record(
@@ -56,14 +56,14 @@ def record(
     Parameters
     ----------
     setting : str
-        What to call it in messages.
+        Name of the setting in messages.
     kind : type
         Class of the record.
     value : record, str or mapping
     named : mapping of str to callable, optional
-        Records that have a name.
+        Records with a name.
     base : str, optional
-        Name of the record that supplies fields which a mapping leaves out, unless it has a ``base``.
+        Name of the record that supplies fields left out of a mapping, unless it has a ``base``.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def _called(kind: type[Any]) -> str:
 
 
 def vehicle(value: Any) -> Vehicle | Assembly:
-    """Return a vehicle from itself, the name of a shipped one, or what a file of it holds.
+    """Return a vehicle from itself, the name of a shipped one, or the content of its file.
 
     Raises
     ------
@@ -138,17 +138,17 @@ def vehicle(value: Any) -> Vehicle | Assembly:
 
 
 def contact(value: Any) -> ContactLaw:
-    """Return a contact law from itself, a mapping, or the name of one that needs no more."""
+    """Return a contact law from itself, a mapping, or the name of one that needs nothing else."""
     return contact_law({"law": value} if isinstance(value, str) else value)
 
 
 def irregularity(value: Any) -> Any:
-    """Return a setting of irregularity, a mapping of a line's fields as the line."""
+    """Return a setting of irregularity, with a mapping of a line's fields made into the line."""
     return record("irregularity", Line, value) if isinstance(value, Mapping) else value
 
 
 def plain(value: Any) -> Any:
-    """Return a keyword as values that JSON has, where that is possible.
+    """Return a keyword as JSON values, where that is possible.
 
     Vehicles and contact laws become what files hold, a shipped vehicle its name, other records
     mappings of their fields. Models of one's own stay as they are.
@@ -175,7 +175,7 @@ def plain(value: Any) -> Any:
 def _is_shipped(value: Vehicle) -> bool:
     """Whether a vehicle is one that comes with the package."""
     if isinstance(value.contact, ProfilePair):
-        from railenv.vehicles.presets import PRESETS  # makes the profiles, which takes a second
+        from railenv.vehicles.presets import PRESETS  # builds the profiles, which takes a second
 
         return value in PRESETS
     return value in (TABLE_1, TABLE_1_PRINTED_LOADS, HIGH_SPEED_COACH, HIGH_SPEED_COACH_HOLLOW)

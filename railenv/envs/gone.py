@@ -1,4 +1,4 @@
-"""Entry points of environments of earlier versions, which say by which they are followed."""
+"""Entry points of environments of earlier versions, which name their successors."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""What the ``info`` of the environments holds: the same names and types at every reset and step.
+"""The ``info`` of the environments: the same names and types at every reset and step.
 
-All values are single finite numbers of NumPy, so that whatever stacks, compares, logs or averages infos
-can take them as they are: terms of the reward, how the vehicle derailed, what the episode runs on, and
-its metrics, which are 0 until its end. TorchRL asks every value for its dtype.
+All values are single finite NumPy numbers, so that code that stacks, compares, logs or averages infos
+can use them directly: terms of the reward, the reason of a derailment, conditions of the episode, and
+its metrics, which are 0 until its end. TorchRL reads the dtype of every value.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ DERAILMENT = 1 + len(REWARD_TERMS)
 """Column of the kernel's terms, after the reward and its terms, that is 1 after a derailment."""
 
 TERM_NAMES = (*REWARD_TERMS, "derailment", *SAFETY)
-"""What a step is told by: terms of the reward, whether the vehicle has derailed, shares of limits.
+"""Values that describe a step: terms of the reward, whether it derailed, shares of limits.
 
 They are 0 at a reset.
 """
@@ -48,7 +48,7 @@ Bools = NDArray[np.bool_]
 
 
 def check_names(settings: Settings) -> None:
-    """Raise ParameterError where a number that varies would take the place of another in the infos."""
+    """Raise ParameterError if a varying number would replace another one in the infos."""
     taken = sorted(set(settings.variable) & set(INFO_NAMES))
     if taken:
         raise ParameterError(
@@ -58,7 +58,7 @@ def check_names(settings: Settings) -> None:
 
 
 def of_start(episode: Episode) -> dict[str, Any]:
-    """Return the info of a new episode: what was drawn; terms and metrics are still 0."""
+    """Return the info of a new episode: its drawn conditions; terms and metrics are still 0."""
     none = np.float64(0.0)
     return {
         **dict.fromkeys(TERM_NAMES, none),
@@ -69,7 +69,7 @@ def of_start(episode: Episode) -> dict[str, Any]:
 
 
 def of_end(metrics: Mapping[str, float], reason: float) -> dict[str, Any]:
-    """Return what the last info of an episode has besides."""
+    """Return the additional values of the last info of an episode."""
     return {DERAILED_NAME: np.int64(reason), **_numbers(metrics)}
 
 
@@ -103,19 +103,19 @@ class Columns:
         self._derailed[row] = 0
 
     def step(self, terms: NDArray[np.float64], terminated: Bools) -> None:
-        """Put the terms of a step into all rows, and why some have derailed."""
+        """Put the terms of a step into all rows, and the reasons of derailments."""
         self._terms[:] = terms[:, 1 : 1 + len(TERM_NAMES)].T
         if terminated.any():
             self._derailed[terminated] = terms[terminated, -1]
 
     def end(self, row: int, metrics: dict[str, float]) -> None:
-        """Put the metrics of an episode that has ended into a row."""
+        """Put the metrics of an ended episode into a row."""
         self._metrics[:, row] = list(metrics.values())
 
     def infos(self, rows: Sequence[int] | NDArray[np.int_] | None = None) -> dict[str, Any]:
         """Return the infos of some rows, or all: for each name an array, and a mask of the rows.
 
-        Entries of other rows are 0, as Gymnasium has them.
+        Entries of other rows are 0, as in Gymnasium.
         """
         values, derailed = self._values.copy(), self._derailed.copy()  # at once: a copy each is slow
         mask = np.ones(len(derailed), dtype=bool)

@@ -1,4 +1,4 @@
-"""The time limit that Gymnasium puts around an environment, seen from inside."""
+"""The time limit of Gymnasium's wrapper, seen from inside the environment."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ _RESETS = TimeLimit.reset.__code__
 
 
 def time_limit(env: gym.Env[Any, Any]) -> int | None:
-    """Return the control steps that a wrapper lets an episode have that is just being reset.
+    """Return the control steps that a wrapper allows an episode whose reset is under way.
 
-    ``gymnasium.make`` keeps ``max_episode_steps`` to itself and tells it to the wrapper ``TimeLimit``
-    only; an environment that does not know the limit cannot say in its last info how the episode was.
-    All wrappers reset what they wrap, so theirs are among the calls that lead here.
+    ``gymnasium.make`` passes ``max_episode_steps`` only to the wrapper ``TimeLimit``; an environment
+    that does not know the limit cannot put the episode's metrics into its last info. Every wrapper
+    resets the environment that it wraps, so its call is among those that lead here.
 
     Returns
     -------
     int or None
-        The least limit; None where there is no such wrapper.
+        The least limit; None if there is no such wrapper.
     """
     limits = []
     frame: FrameType | None = sys._getframe(1)

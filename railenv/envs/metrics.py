@@ -1,4 +1,4 @@
-"""What an episode is judged by: amplitude and frequency of hunting, and readings of the standards."""
+"""Metrics of an episode: amplitude and frequency of hunting, and readings of the standards."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _FEWEST = 30  # samples for a reading to mean anything
 def amplitude_and_frequency(displacement: Array, period: float) -> tuple[float, float]:
     """Return half the peak-to-peak value of a signal, and its frequency from zero crossings (Hz).
 
-    The frequency is 0 where the signal does not complete a cycle.
+    The frequency is 0 if the signal does not complete a cycle.
     """
     if len(displacement) < 2:
         return 0.0, 0.0
@@ -69,8 +69,8 @@ def largest_sliding_rms(signal: Array, window: int) -> float:
 def episode_metrics(fleet: Fleet, i: int) -> dict[str, float]:
     """Return the metrics of one environment's episode so far.
 
-    Amplitude, frequency and the standards' readings are of the last seconds (at least two, and 100 m of
-    track, as far as there are any); rms, peak, effort and distance of the whole episode.
+    Amplitude, frequency and the standards' readings are from the last seconds (at least two, and 100 m
+    of track, if the episode is so long); rms, peak, effort and distance from the whole episode.
 
     Returns
     -------
@@ -121,5 +121,5 @@ def _axle_load(fleet: Fleet, i: int) -> float:
 
 
 def en_limit(axle_load: float) -> float:
-    """Limit (N) of the sum of guiding forces' rms: half of 10 kN + P/3, with P the axle load (N)."""
+    """Return the limit (N) of the rms sum of guiding forces: half of 10 kN + P/3 (axle load P, N)."""
     return 0.5 * (10e3 + axle_load / 3.0)

@@ -1,4 +1,4 @@
-"""What an environment's observation holds: name, unit, scale and source of every entry."""
+"""The entries of an environment's observation: name, unit, scale and source of each."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Observation = Literal["state", "sensors"]
 CREEP_FACTOR = "creep_factor"
 
 CANT_BASE = 1.5
-"""m, the base over which cant is measured in millimetres."""
+"""Base (m) over which cant is measured in millimetres."""
 
 
 class Reading(NamedTuple):
@@ -27,14 +27,14 @@ class Reading(NamedTuple):
     name : str
     unit : str
     scale : float
-        What the quantity is divided by: its size in strong hunting.
+        Divisor of the quantity: its size in strong hunting.
     signal : str
         The same quantity (without noise) among the signals of :mod:`design.loop.feedback`.
     rest : float
-        What is taken off before: the height at which a body above the frames rests on its springs, or
+        Value subtracted before: the height at which a body above the frames rests on its springs, or
         the middle of the range from which a number of the vehicle is drawn.
     drawn : bool
-        Whether it is such a number, the same throughout an episode.
+        Whether it is such a number, which is constant during an episode.
     """
 
     name: str
@@ -46,7 +46,7 @@ class Reading(NamedTuple):
 
 
 def delay_slots(delay: float, control_period: float) -> int:
-    """Return the length of the line in which commands wait, the present one included."""
+    """Return the length of the delay line of commands, including the present one."""
     return math.floor(delay / control_period + 1e-9) + 2
 
 
@@ -90,7 +90,7 @@ def observation_table(
 
 
 def context_table(model: Equipped, randomize: Mapping[str, tuple[float, float]]) -> list[Reading]:
-    """Return the entries that tell what is drawn of a vehicle: from -1 to 1 over the range of each.
+    """Return the entries for drawn numbers of a vehicle: from -1 to 1 over the range of each.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def context_table(model: Equipped, randomize: Mapping[str, tuple[float, float]])
 
 
 def context_ranges(model: Equipped, readings: Sequence[Reading]) -> dict[str, tuple[float, float]]:
-    """Return the ranges that the entries of :func:`context_table` among some readings stand for."""
+    """Return the ranges of those readings that are entries of :func:`context_table`."""
     ranges = {}
     for reading in readings:
         if reading.drawn:
@@ -119,9 +119,9 @@ def context_ranges(model: Equipped, readings: Sequence[Reading]) -> dict[str, tu
 
 
 def _context_signal(model: Equipped, name: str) -> tuple[str, float]:
-    """Return the vehicle's quantity that tells a number which is drawn, and its value at 1."""
+    """Return the vehicle's quantity that shows a drawn number, and its value at 1."""
     if name == CREEP_FACTOR:
-        coefficient = CREEP_COEFFICIENTS[0]  # one tells the factor on all
+        coefficient = CREEP_COEFFICIENTS[0]  # one shows the factor on all
         return coefficient, model.plant.parameters[coefficient]
     return name, 1.0
 
@@ -142,12 +142,12 @@ _SIZES_ABOVE = {
     "dy": 0.1, "dz": 0.1, "dphi": 0.05, "dtheta": 0.01, "dpsi": 0.02,
     "accel": 1.0, "gyro": 0.05,
 }  # fmt: skip
-"""Of bodies above the frames, which the secondary suspension keeps calm."""
+"""Typical magnitudes for bodies above the frames, which the secondary suspension keeps calm."""
 
-_ANY_SPEED = 5.0  # m/s; how a vehicle stands on tangent track does not depend on it
+_ANY_SPEED = 5.0  # m/s; the rest position on tangent track does not depend on it
 
 _OF_UNKNOWN = 10.0
-"""Scale of a state whose name tells nothing, in typical magnitudes of it."""
+"""Scale of a state with an unknown name, in its typical magnitudes."""
 
 
 def _sizes_of(model: Equipped) -> dict[str, float]:
@@ -161,9 +161,9 @@ def _sizes_of(model: Equipped) -> dict[str, float]:
 
 
 def resting_heights(model: Equipped) -> dict[str, float]:
-    """Return where (m) the heights of bodies above the frames are at rest on tangent track.
+    """Return the heights (m) at which bodies above the frames rest on tangent track.
 
-    They settle on two levels of springs, much further than they move about that.
+    They settle on two levels of springs by much more than they move about this height.
     """
     heights = [model.body_states[b]["z"] for b in carried(model.plant) if "z" in model.body_states[b]]
     if not heights:

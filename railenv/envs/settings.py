@@ -1,4 +1,4 @@
-"""Everything that an environment can be told, in one record."""
+"""All settings of an environment, in one record."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ TrackPlan = Literal["constant", "curve"]
 Plant = Literal["bogie", "dual_wheelset", "coach"]
 
 LOWEST_SPEED = 5.0
-"""m/s, below which no episode runs: the window of Nadal's criterion could not hold 2 m of track."""
+"""Lowest speed (m/s) of an episode, at which the window of Nadal's criterion still holds 2 m."""
 
 RANDOMIZABLE = ("conicity", "friction", "creep_factor", "body_mass")
-"""What ``randomize`` may vary of a vehicle on cones or hollow treads, the first of its numbers.
+"""Numbers that ``randomize`` may vary of a vehicle on cones or hollow treads.
 
 ``creep_factor`` multiplies all four creep coefficients. Other contact laws have other numbers in the
 place of ``conicity``, or none.
@@ -89,7 +89,7 @@ class Settings:
     plant : {"bogie", "dual_wheelset", "coach"}
         Set by the environment's id.
     vehicle : Vehicle, Assembly, str or mapping
-        Or the name of a shipped vehicle (``"HIGH_SPEED_COACH_S1002"``), or what a file of a vehicle
+        A vehicle, the name of a shipped one (``"HIGH_SPEED_COACH_S1002"``), or what a file of a vehicle
         holds (``{"base": "HIGH_SPEED_COACH", "friction": 0.4}``). An assembly is a vehicle of its own,
         not one of the environment's kind.
     contact : ContactLaw, mapping or str, optional
@@ -97,11 +97,11 @@ class Settings:
         with its kind as ``law`` (``{"law": "cone", "conicity": 0.2}``), or its kind alone
         (``"profiles"``).
     model : Model, optional
-        Instead of a vehicle: any model that says what its bodies are, or a :class:`railenv.Equipped`
+        Instead of a vehicle: any model that describes its bodies, or a :class:`railenv.Equipped`
         with its own actuators and sensors.
     actuator : {"secondary", "primary", "both", "lateral", "none"}, optional
-        Where the yaw actuators are, or lateral ones between frames and body; None: those of the
-        assembly or model, as of :class:`railenv.Equipped`, which is the default with one.
+        Place of the yaw actuators, or lateral ones between frames and body. None, the default with an
+        assembly or model, stands for its own actuators, as in :class:`railenv.Equipped`.
     actuator_model : Actuator, mapping or str, optional
         Their limits and lag; realistic ones for their place when left out. As a mapping, with ``base``
         for the fields left out (``{"base": "secondary", "delay": 0.02}``), or a name (``"secondary"``,
@@ -111,16 +111,16 @@ class Settings:
         are standard; or a name (``"standard"``, ``"ideal"``).
     observation : {"state", "sensors"}
     context : bool
-        Whether the observation also has the drawn numbers of the vehicle: every one of ``randomize``,
-        from -1 to 1 over its range.
+        Whether the observation also contains the drawn numbers of the vehicle: every number of
+        ``randomize``, from -1 to 1 over its range.
     history : int
         Number of past observations stacked below the present one, oldest last.
     speed_range, cant_range : (float, float)
-        m/s and rad, from which an episode's speed and cant are drawn.
+        Ranges from which an episode's speed (m/s) and cant (rad) are drawn.
     max_cant_deficiency : float
-        m over a base of 1.5 m; bounds the curvature that goes with speed and cant, both ways.
+        Largest cant deficiency or excess (m over a base of 1.5 m), which bounds the curvature.
     min_radius : float
-        m; no tighter curve is drawn.
+        Smallest curve radius drawn, m.
     tangent_share : float
         Share of the episodes on tangent track.
     track : {"constant", "curve"}
@@ -136,21 +136,21 @@ class Settings:
         cone or a hollow tread, ``contact_angle`` or ``wear``; with an assembly or a model any of its
         parameters.
     actuator_failure : float
-        Share of the episodes in which one actuator, drawn at random, gets no more commands from some
-        moment on, drawn from the first three quarters of the episode.
+        Share of the episodes in which one actuator, drawn at random, gets no more commands after some
+        time, drawn from the first three quarters of the episode.
     nadal_limit : float or "contact angle"
         The Y/Q over 2 m above which a wheel counts as derailed. ``"contact angle"``: Nadal's limit for
         the flange of the vehicle's profiles and the friction of the episode.
     initial_offset : float
-        m; an episode starts with all bodies moved sideways by up to this, either way.
+        Largest lateral displacement (m, either way) of all bodies at the start of an episode.
     duration : float
-        s, after which the episode is truncated.
+        Time after which the episode is truncated, s.
     control_period, time_step : float
-        s between actions (0.1 ms to 1 s), and of the integration (1 µs to 1 s).
+        Time between actions (0.1 ms to 1 s) and step of the integration (1 µs to 1 s), s.
     weights : RewardWeights or mapping
         As a mapping, weights left out have their defaults (``{"ride": 0.5}``).
     critical_speed : float, optional
-        m/s, shown by the renderer.
+        Critical speed shown by the renderer, m/s.
     """
 
     plant: Plant
@@ -229,7 +229,7 @@ class Settings:
             )
 
     def _resolve_records(self) -> None:
-        """Replace names and mappings by the records that they stand for."""
+        """Replace names and mappings with the records that they stand for."""
 
         def keep(name: str, value: Any) -> None:
             object.__setattr__(self, name, value)
@@ -261,7 +261,7 @@ class Settings:
         object.__setattr__(self, "vehicle", vehicle)
 
     def _check_ranges(self) -> None:
-        """Raise where the vehicle could not have what may be drawn."""
+        """Raise if the vehicle does not allow every number that may be drawn."""
         plant = self.equipped.plant
         ends = {n: checks.interval(f"randomize[{n!r}]", self.randomize[n]) for n in self.randomize}
         object.__setattr__(self, "randomize", ends)
@@ -285,7 +285,7 @@ class Settings:
             nadal_limits(self.nadal_limit, wheelset)
 
     def _check_context(self) -> None:
-        """Raise where the observation is to tell what is drawn of the vehicle, and nothing is."""
+        """Raise if the observation is to contain drawn numbers of the vehicle and none are drawn."""
         if not isinstance(self.context, bool):
             raise ParameterError(f"context is {shown(self.context)}; it must be True or False")
         if self.context and not any(low < high for low, high in self.randomize.values()):
@@ -295,7 +295,7 @@ class Settings:
             )
 
     def _check_model(self) -> None:
-        """Raise where vehicle, actuators and sensors do not go together, or nothing is guided."""
+        """Raise if vehicle, actuators and sensors are incompatible, or there is no wheelset."""
         if isinstance(self.model, Equipped) and (self.actuator_model or self.sensors):
             raise ParameterError(
                 "model is a railenv.Equipped, and actuator_model or sensors are given; it has its own"
@@ -313,7 +313,7 @@ class Settings:
 
     @cached_property
     def line(self) -> Line:
-        """The line of irregularities, as one that repeats; a straight one where there are none."""
+        """The line of irregularities, as a repeating one; a straight one if there are none."""
         found = line_of(self.irregularity)
         return _STRAIGHT if found is None else found.faded()
 
@@ -329,7 +329,7 @@ class Settings:
         Raises
         ------
         ParameterError
-            If vehicle, actuators and sensors do not go together.
+            If vehicle, actuators and sensors are incompatible.
         """
         if isinstance(self.model, Equipped):
             return self.model
@@ -354,22 +354,22 @@ class Settings:
 
     @cached_property
     def _own(self) -> tuple[str, ...]:
-        """What may vary of a vehicle of the environment's kind."""
+        """Numbers of a vehicle of the environment's kind that may vary."""
         own = [name for name in RANDOMIZABLE if name != "conicity" or name in self._of_contact]
         return tuple(dict.fromkeys([*own, *self._of_contact]))
 
     @property
     def randomizable(self) -> tuple[str, ...]:
-        """What ``randomize`` may vary."""
+        """Numbers that ``randomize`` may vary."""
         return self.equipped.plant.variable_names if self._law is None else self._own
 
     @property
     def variable(self) -> tuple[str, ...]:
-        """Numbers of the vehicle that episodes may differ in, or options pin."""
+        """Numbers of the vehicle in which episodes may differ, or which options may pin."""
         return tuple(self.randomize) if self._law is None else self._own
 
     def told(self, kind: str) -> str:
-        """Return what kind of name is unknown, with the contact law that says which there are."""
+        """Return the kind of an unknown name, with the contact law on which the names depend."""
         return kind if self._law is None else f"{kind} (the vehicle's contact is {self._law.called})"
 
 
@@ -403,7 +403,7 @@ _DEFAULTS: Mapping[str, Mapping[str, Any]] = {
 
 
 def settings(plant: Plant, keywords: Mapping[str, Any]) -> Settings:
-    """Return the settings of an environment, its id's defaults changed by some keywords.
+    """Return the settings of an environment: the defaults of its id, changed by keywords.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What a renderer is shown of a fleet: the present state and the last seconds of one environment."""
+"""Scenes for a renderer: the present state and the last seconds of one environment of a fleet."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 _SECONDS = 4.0
 
 WINDOW_RATE = 50.0
-"""Frames a second that a window shows at most."""
+"""Largest number of frames per second in a window."""
 
 
 def film_rate(control_period: float) -> float:
-    """Return the frames a second of a film with a frame of each control step, at true speed."""
+    """Return the frames per second of a film with a frame for each control step, at true speed."""
     rate = 1.0 / control_period
     return round(rate) if math.isclose(rate, round(rate), rel_tol=1e-9) else rate
 
@@ -44,13 +44,13 @@ class Past:
     samples : int
         Number of steps that it holds.
     n_actuators, n_wheelsets : int
-        Number of actions, and of displacements, of a step.
+        Numbers of actions and of displacements in a step.
     """
 
     def __init__(self, samples: int, n_actuators: int, n_wheelsets: int) -> None:
         self._samples = samples
         self._n_actuators = n_actuators
-        # Twice the room: what is held lies in one piece, and moves to the front once in a while.
+        # Twice the room: the steps held are contiguous, and move to the front once in a while.
         self._rows = np.zeros((2 * samples, 1 + n_actuators + n_wheelsets))
         self._end = 0
 
@@ -77,7 +77,7 @@ class Past:
 
 
 class Recorder:
-    """Keeps the strip chart of one environment and draws its frames.
+    """The strip chart and the frames of one environment.
 
     Without a render mode it does nothing.
     """
@@ -106,7 +106,7 @@ class Recorder:
 
     @property
     def due(self) -> bool:
-        """Whether a window that shows the motion at true speed has its next frame now."""
+        """Return whether a window that shows the motion at true speed is due for a frame."""
         return int(self._fleet.steps[self._env]) % self._every == 0
 
     @property
@@ -114,12 +114,12 @@ class Recorder:
         return float(self._fleet.steps[self._env]) * self._fleet.settings.control_period
 
     def check(self) -> None:
-        """Raise gymnasium.error.ResetNeeded where there is no episode yet."""
+        """Raise gymnasium.error.ResetNeeded if there is no episode yet."""
         if self._fleet.episodes[self._env] is None:
             raise ResetNeeded("call reset() before render()")
 
     def scene(self) -> Scene:
-        """Return what the next frame shows; see :meth:`check`."""
+        """Return the scene of the next frame; see :meth:`check`."""
         from railenv.envs.rendering import Scene
 
         self.check()
@@ -174,13 +174,13 @@ class Recorder:
 
     @cached_property
     def _others(self) -> list[str]:
-        """Bodies that move and are no wheelsets."""
+        """Moving bodies that are not wheelsets."""
         names = [g.name for g in self._wheelsets]
         return [name for name in self._fleet.model.body_names if name not in names]
 
     @cached_property
     def _places(self) -> tuple[tuple[float, ...], tuple[Outline, ...]]:
-        """Return where the wheelsets are, from their middle (m), and how the other bodies are drawn."""
+        """Return places of the wheelsets from their middle (m), and outlines of the other bodies."""
         from railenv.envs.rendering import Outline
 
         plant = self._fleet.model.plant
@@ -191,7 +191,7 @@ class Recorder:
         framed = [name for name in frames(plant) if name in self._others]
         outlines = []
         for name in self._others:
-            if name in framed:  # over the wheelsets that are nearest to it
+            if name in framed:  # over the wheelsets nearest to it
                 apart = np.abs(x[:, None] - [at[f] for f in framed])
                 own = x[apart.argmin(axis=1) == framed.index(name)]
             else:
@@ -211,7 +211,7 @@ class Recorder:
         return np.array([motions[name][:4] for name in self._bodies], dtype=float)
 
     def draw(self) -> NDArray[np.uint8] | None:
-        """Draw a frame; returns it in the mode rgb_array."""
+        """Draw a frame; return it in the mode rgb_array."""
         if self._renderer is None:
             from railenv.envs.rendering import Renderer
 

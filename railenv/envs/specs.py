@@ -1,4 +1,4 @@
-"""The spec that Gymnasium keeps of an environment, so that JSON can hold it."""
+"""The spec that Gymnasium keeps of an environment, in a form that JSON can hold."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def described(spec: EnvSpec, steps: int) -> EnvSpec:
     Parameters
     ----------
     spec : EnvSpec
-        As Gymnasium writes it, with the keywords as they were given.
+        The spec from Gymnasium, with the keywords as they were given.
     steps : int
         Control steps after which an episode ends by itself.
     """

@@ -30,10 +30,10 @@ from railenv.kernels import loader
 Bools = NDArray[np.bool_]
 
 LARGEST_SEED = 2**128 - 1
-"""Those that NumPy draws from the operating system's entropy have so many bits."""
+"""Largest seed; those that NumPy draws from the operating system's entropy have as many bits."""
 
 MOST_ENVIRONMENTS = 2**20
-"""Side by side; they take gigabytes."""
+"""Largest number of environments side by side; they take gigabytes."""
 
 
 _GymnasiumsVectorEnv = VectorEnv[NDArray[np.float32], Any, NDArray[Any]]
@@ -108,7 +108,7 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
 
     @property
     def spec(self) -> EnvSpec | None:
-        """How Gymnasium makes this environment again, in plain values, for JSON."""
+        """Spec from which Gymnasium remakes this environment, in plain values for JSON."""
         return self._spec
 
     @spec.setter
@@ -150,7 +150,7 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
         return self._observations(), self._infos.infos(None if whole else rows)
 
     def _generate(self) -> None:
-        """Make the generators that are not there yet."""
+        """Make the missing generators."""
         for i, generator in enumerate(self._generators):
             if generator is None:
                 self._generators[i], self._seeds_used[i] = seeding.np_random()
@@ -200,7 +200,7 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
             generator = self._generators[i]
             assert generator is not None
             drawn.append(self._fleet.draw(generator, pinned[i]))
-        for i, (episode, nodes) in zip(rows, drawn, strict=True):  # only when all of them can be
+        for i, (episode, nodes) in zip(rows, drawn, strict=True):  # only if all of them can be
             self._fleet.place(int(i), episode, nodes)
             self._history.reset(i, self._fleet.observations[i])
             self._infos.start(int(i), episode)
@@ -265,7 +265,7 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
         return commands
 
     def _final(self, rows: NDArray[np.int_], ended: Bools) -> dict[str, Any]:
-        """Return what belongs to the episodes that end in this step, as final_obs and final_info."""
+        """Return final_obs and final_info of the episodes that end in this step."""
         final_obs = np.full(self.num_envs, None, dtype=object)
         for i in rows:
             final_obs[i] = self._history.stacked[i].copy()
@@ -311,7 +311,7 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
         Raises
         ------
         ParameterError
-            If it is not within the range that the environment was made with.
+            If it is not within the range with which the environment was made.
         """
         least, most = self.settings.speed_range
         low = checks.number("lowest speed", low, low=least, high=most, unit="m/s")
@@ -346,7 +346,7 @@ class HuntingVectorEnv(VectorEnv[NDArray[np.float32], Any, NDArray[Any]]):
             ``episode_metrics``, ``render``, or an attribute; those of the vector environment are the
             same for all, spaces are those of single environments.
         *args, **keywords
-            Of the method.
+            Arguments of the method.
 
         Raises
         ------

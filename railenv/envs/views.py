@@ -1,4 +1,4 @@
-"""Pictures of environments side by side: one of each now, or those of all steps."""
+"""Pictures of environments side by side: a present one of each, or those of all steps."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from railenv.envs.showing import Recorder
 
 
 class Views:
-    """Draws every environment of a fleet; without a render mode it does nothing.
+    """The drawing of every environment of a fleet; without a render mode it does nothing.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class Views:
         self._kept[i].append(self._recorders[i].draw())
 
     def draw(self) -> tuple[Any, ...]:
-        """Return a picture of each environment, or a list of those kept, which are forgotten then."""
+        """Return a picture of each environment, or a list of those kept, which are then forgotten."""
         if not self._keeps:
             return tuple(recorder.draw() for recorder in self._recorders)
         for recorder in self._recorders:

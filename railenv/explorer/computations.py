@@ -1,4 +1,4 @@
-"""What the page shows, from its state: the package's own analyses, each in one function."""
+"""Results of the page from its state: the package's own analyses, each in one function."""
 
 from __future__ import annotations
 
@@ -31,18 +31,18 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 AMPLITUDE = 3e-3
-"""m, that standards name for the equivalent conicity."""
+"""Amplitude (m) of the equivalent conicity in standards."""
 
 _SHIFTS = 241  # of contact curves
 _AMPLITUDES = np.linspace(5e-4, 8e-3, 31)  # m
 _WIDEST = 0.010  # m, of the shifts of laws without profiles
 _PICTURE_POINTS = 400  # of each profile
-_SETTLED = 1.0  # s at the end, in which the amplitude is taken
+_SETTLED = 1.0  # s at the end, over which the amplitude is taken
 
 
 @dataclass(frozen=True)
 class Stability:
-    """Eigenvalues over speed, and where steady running ends.
+    """Eigenvalues over speed, and the end of steady running.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Stability:
 
     @property
     def critical(self) -> design.CriticalSpeed:
-        """Where, and how, steady running loses stability."""
+        """Speed and kind of the loss of stability."""
         return self.locus.critical
 
 
@@ -85,15 +85,15 @@ class Motion:
     ----------
     response : control.TimeResponseData
     spectrum : Spectrum or None
-        Of the leading wheelset; None of a motion too short for one.
+        Spectrum of the leading wheelset; None if the motion is too short for one.
     wheelsets : tuple of str
         Lateral displacements of the wheelsets, the leading one first.
     clearance : float or None
-        m, up to the flange.
+        Clearance up to the flange, m.
     amplitude : float
-        m, of the leading wheelset in the last second.
+        Amplitude of the leading wheelset in the last second, m.
     note : str
-        What happened on the way; empty for nothing.
+        Notable event during the motion; empty if none.
     """
 
     response: control.TimeResponseData
@@ -110,15 +110,15 @@ class Motion:
 
 @dataclass(frozen=True)
 class ContactCurves:
-    """How the wheels run on the rails.
+    """Contact of the wheels with the rails.
 
     Attributes
     ----------
     title : str
     shift : ndarray
-        m, of the wheelset to the left.
+        Shift of the wheelset to the left, m.
     radius_difference : ndarray
-        m, left rolling radius less right.
+        Left minus right rolling radius, m.
     angles : ndarray, shape (2, n)
         rad, contact angle of the left and of the right wheel against the axle.
     amplitude, conicity, harmonic : ndarray
@@ -126,7 +126,7 @@ class ContactCurves:
     linear : LinearContact
         At 3 mm.
     clearance : float
-        m, up to the flange; infinite where there is none.
+        Clearance up to the flange, m; infinite if there is no flange.
     picture : PairPicture or None
         Of profiles.
     """
@@ -144,7 +144,7 @@ class ContactCurves:
 
     @property
     def at_bound(self) -> float:
-        """Equivalent conicity at the amplitude that standards name."""
+        """Equivalent conicity at the amplitude of the standards."""
         return float(np.interp(AMPLITUDE, self.amplitude, self.conicity))
 
 
@@ -154,7 +154,7 @@ def stability(state: State) -> Stability:
     Raises
     ------
     RailenvError
-        If there is no running equilibrium at the lowest speeds, or the vehicle cannot be.
+        If there is no running equilibrium at the lowest speeds, or the vehicle is impossible.
     """
     model, controller = state.model(), _feedback(state)
     low, high = state.speed_range
@@ -171,13 +171,13 @@ def present(state: State, found: Stability) -> Present:
     Raises
     ------
     ParameterError
-        If there is no running equilibrium at that speed any more.
+        If there is no longer a running equilibrium at that speed.
     """
     locus = found.locus
     last = float(locus.speeds[-1])
     if locus.ended is not None and state.speed > last:
         raise ParameterError(
-            f"there is no running equilibrium at {state.speed:g} m/s, seen up to {last:.4g} m/s"
+            f"there is no running equilibrium at {state.speed:g} m/s; it was found up to {last:.4g} m/s"
         )
     modes = locus.at(state.speed)
     k = modes.least_damped
@@ -235,7 +235,7 @@ def _controlled(state: State, model: Model) -> tuple[control.TimeResponseData, s
 
 
 def contact(state: State) -> ContactCurves | None:
-    """Return how the wheels run on the rails; None where parts of an assembly say it."""
+    """Return the contact of the wheels with the rails; None if the parts of an assembly define it."""
     law = state.law
     if law is None:
         return None
@@ -299,7 +299,7 @@ class Diagram:
     simulated : tuple of ClosedLoopDiagram
         Of a closed loop: one for each speed.
     share : float
-        How much of the most work is done.
+        Share of the largest amount of work that is done.
     said : str
     """
 
@@ -313,8 +313,8 @@ class Diagram:
 def diagram(state: State, found: Stability | None = None) -> Iterator[Diagram]:
     """Yield the bifurcation diagram as it grows.
 
-    Without controller the branch of limit cycles from the Hopf point, through its fold; of a closed
-    loop what simulations settle at.
+    Without a controller this is the branch of limit cycles from the Hopf point, through its fold; for
+    a closed loop, the final amplitudes of simulations.
 
     Raises
     ------
@@ -338,7 +338,7 @@ def diagram(state: State, found: Stability | None = None) -> Iterator[Diagram]:
 
 
 def same_diagram(one: State, other: State) -> bool:
-    """Whether the diagrams of two states are the same: speed and motion are not in them."""
+    """Return whether two states have the same diagram: speed and motion do not affect it."""
     fixed: dict[str, Any] = {"offset": 0.0, "duration": 1.0}
     speeds = one.speed_range
     return replace(one, speed=speeds[0], **fixed) == replace(
@@ -347,7 +347,7 @@ def same_diagram(one: State, other: State) -> bool:
 
 
 def _followed(state: State, branch: design.CycleBranch) -> Diagram:
-    """Return the diagram with a branch that has come so far."""
+    """Return the diagram with the present part of a branch."""
     going = branch.goes_on and len(branch) < POINTS
     last = branch.cycles[-1]
     at = f"{len(branch)} limit cycles, now at {last.speed:.1f} m/s"
@@ -356,7 +356,7 @@ def _followed(state: State, branch: design.CycleBranch) -> Diagram:
 
 
 def _simulated(state: State) -> Iterator[Diagram]:
-    """Yield what simulations of the closed loop settle at, speed by speed."""
+    """Yield the final amplitudes of simulations of the closed loop, speed by speed."""
     model, controller = state.model(), state.feedback()
     assert controller is not None
     parts: list[Any] = []

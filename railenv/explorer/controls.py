@@ -1,4 +1,4 @@
-"""The controls of the page: every one changes the state, and shows it."""
+"""The controls of the page: each one changes the state, and shows it."""
 
 from __future__ import annotations
 
@@ -64,10 +64,10 @@ NUMBERS: dict[str, tuple[str, float, float, float]] = {
     "rail_profile_radius": ("radius of the rail head (m)", 0.1, 0.6, 0.01),
     "wheel_profile_radius": ("radius of the hollow tread (m)", 0.31, 1.0, 0.01),
 }
-"""What numbers of the contact are called, and from where to where their sliders go, with a step."""
+"""Labels of the numbers of the contact, and lower end, upper end and step of their sliders."""
 
 HIGHEST_SPEED = 400.0
-"""m/s, of the range of eigenvalues."""
+"""Highest speed of the range of eigenvalues, m/s."""
 
 _OWN, _CONE, _LINEAR, _HOLLOW = (
     "as the vehicle has it",
@@ -83,7 +83,7 @@ _DAMPERS = {
     "wheelset to frame": "primary",
 }
 _NO_CONTROL, _YAW_RATE = "none", "yaw rate, gain below"
-_LOWEST_CONTROLLED = 20.0  # m/s, from which shipped controllers are for
+_LOWEST_CONTROLLED = 20.0  # m/s, the least speed of shipped controllers
 _KIND_NAMES = {"bogie": "bogie", "dual-wheelset": "dual wheelset", "coach": "whole coach"}
 
 
@@ -94,9 +94,9 @@ class Controls:
     ----------
     state : State
     change : callable
-        Is given what each control does to the state.
+        Called with the change that a control makes to the state.
     complain : callable
-        Is given what is wrong with a file.
+        Called with a message about an invalid file.
     """
 
     def __init__(
@@ -166,7 +166,7 @@ class Controls:
         return widget
 
     def _on(self, widget: Any, change: Callable[[Any], Change]) -> None:
-        """Change the state by what a widget is moved to, unless it is only being shown."""
+        """Change the state when a widget is moved, unless it is only being updated."""
 
         def changed(event: Any) -> None:
             def wanted(state: State) -> State:
@@ -191,7 +191,7 @@ class Controls:
     def _file(
         self, name: str, endings: tuple[str, ...], opened: Callable[[str, bytes], None]
     ) -> pn.Column:
-        """Return a place on which a file is dropped, or chosen by a click."""
+        """Return a widget on which a file is dropped, or chosen by a click."""
         widget = pn.widgets.FileInput(
             accept=",".join(endings),
             multiple=False,
@@ -250,7 +250,7 @@ class Controls:
         Raises
         ------
         RailenvError
-            If it holds none.
+            If the file holds no vehicle.
         """
         vehicle = dropped.vehicle(name, content)
         label = f"{vehicle.name} ({name})"
@@ -375,7 +375,7 @@ class Controls:
         self._change(self._pair_changed(**{kind: found}))
 
     def _pair_changed(self, **fields: Any) -> Change:
-        """Return a change of the pair of profiles; names are those of shipped or dropped ones."""
+        """Return a change of the pair of profiles; names refer to shipped or dropped ones."""
         given = dict(fields)
         for kind in ("wheel", "rail"):
             name = fields.get(kind)
@@ -471,7 +471,7 @@ class Controls:
             self._showing = before
 
     def show(self, state: State) -> None:
-        """Move all controls to where a state has them."""
+        """Move all controls to their values in a state."""
         with self._silently():
             self._show_vehicle(state)
             self._show_running(state)
@@ -529,7 +529,7 @@ class Controls:
         for name, value in values.items():
             widget = self.numbers[name]
             if name == "conicity" and isinstance(law, HollowTread):
-                step = NUMBERS[name][3]  # a straight tread has its contact angle as conicity
+                step = NUMBERS[name][3]  # the conicity of a straight tread is its contact angle
                 widget.start = step * math.ceil(float(str(law.contact_angle)) / step)
             widget.value = value
 
@@ -579,7 +579,7 @@ def number_values(state: State) -> dict[str, float]:
 
 
 def pair_of(state: State) -> ProfilePair | None:
-    """Return the pair of profiles that a state's contact has, or has when new."""
+    """Return the pair of profiles of a state's contact, or its new pair."""
     contact = state.contact
     if isinstance(contact, Wearing):
         return contact.new
@@ -588,14 +588,14 @@ def pair_of(state: State) -> ProfilePair | None:
 
 
 def _keeping_numbers(state: State, contact: Contact) -> State:
-    """Return another contact of the same kind, whose numbers stay."""
+    """Return the state with another contact of the same kind; its numbers stay."""
     if isinstance(contact, Wearing) and isinstance(state.contact, Wearing):
         return replace(state, contact=contact)
     return state.with_contact(contact)
 
 
 def _of_kind(state: State, kind: Any) -> State:
-    """Return another part of the vehicle; a controller that is not for it is left out."""
+    """Return the state with another part of the vehicle; a controller that does not fit is left out."""
     keeps = state.controller is None or isinstance(state.controller, YawRate)
     keeps = keeps or state.controller in controller_names(kind)
     return replace(state, kind=kind, controller=state.controller if keeps else None)

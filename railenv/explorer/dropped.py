@@ -1,4 +1,4 @@
-"""Files that were dropped on the page: read from their bytes, never from a path."""
+"""Files dropped on the page: read from their bytes, never from a path."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from railenv.vehicles import files
 from railenv.vehicles.lookup import described
 
 LARGEST = 2**21
-"""Bytes of a dropped file, at most."""
+"""Largest size of a dropped file, bytes."""
 
 VEHICLE_ENDING = ".toml"
 PROFILE_ENDINGS = profile_files.ENDINGS
@@ -26,7 +26,7 @@ def vehicle(name: str, content: bytes) -> Vehicle | Assembly:
     Raises
     ------
     ParameterError
-        If it is too large, is no vehicle's file, or names a profile by a path, which is not read.
+        If it is too large, is not a vehicle's file, or names a profile by a path, which is not read.
     """
     source = _checked(name, content)
     if not source.lower().endswith(VEHICLE_ENDING):
@@ -53,7 +53,7 @@ def profile(
     Raises
     ------
     ParameterError
-        If it is too large, or its points are not as they must be.
+        If it is too large, or its points are not valid.
     """
     source = _checked(name, content)
     return profile_files.parse(content, source, kind=kind, units=units, mirror=mirror)
@@ -70,7 +70,7 @@ def _checked(name: str, content: bytes) -> str:
 
 
 def _paths(value: Any) -> Iterator[tuple[str, str]]:
-    """Yield what is named as a wheel's or a rail's profile and is no shipped one."""
+    """Yield the profiles of wheels and rails that are named but not shipped."""
     if isinstance(value, dict):
         for key, inner in value.items():
             if key in ("wheel", "rail") and isinstance(inner, str) and inner not in SHIPPED:

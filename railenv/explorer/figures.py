@@ -1,4 +1,4 @@
-"""The figures of the page: made once, then fed with results through their data sources."""
+"""The figures of the page: made once, then updated with results through their data sources."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ INK, EDGE, GRID = "#333333", "#5c666b", "#e3e6e8"
 LEADING, TRAILING = SERIES[0], SERIES[1]
 
 FRAMES = 250
-"""Pictures of a motion."""
+"""Number of pictures of a motion."""
 
 PHASES = 40
-"""Pictures of a period of a mode."""
+"""Number of pictures of a period of a mode."""
 
 _LARGEST_OFFSET, _LARGEST_ANGLE, _LARGEST_END = 0.28, 0.22, 0.5  # m, rad, m, as modes are drawn
 _ROUND = (1.0, 2.0, 5.0)
@@ -267,7 +267,7 @@ def _marked(values: Sequence[complex]) -> dict[str, Any]:
 
 
 def _round_speeds(speeds: Array, marked: NDArray[np.complex128]) -> dict[str, Any]:
-    """Return some round speeds with their places on the locus, none on another."""
+    """Return some round speeds with their places on the locus, without overlaps."""
     from matplotlib.ticker import MaxNLocator
 
     ticks = np.asarray(
@@ -461,7 +461,7 @@ _DRAWN: Mapping[str, dict[str, Any]] = {
     "axle": {"color": STABLE, "line_width": 2.5},
     "wheels": {"color": STABLE, "line_width": 7},
 }
-"""How lines of each kind are drawn, as in the pictures of modes."""
+"""Line styles of each kind, as in the pictures of modes."""
 
 _MOVE = """
 const k = Math.min(picture.value, frames.data.time.length - 1)
@@ -473,7 +473,7 @@ for (const [name, drawn] of Object.entries(sources)) {
 }
 cursor.location = frames.data.time[k]
 """
-"""Shows a picture of the motion; runs in the browser, where it needs no round trip."""
+"""Show a picture of the motion; this runs in the browser, without a round trip to the server."""
 
 _PLAY = """
 clearInterval(picture.timer)
@@ -484,10 +484,10 @@ if (play.active) {
 }
 play.label = play.active ? "Pause" : "Play"
 """
-"""Shows picture after picture."""
+"""Show picture after picture."""
 
 PICTURE_TIME = 50
-"""ms between two pictures."""
+"""Time between two pictures, ms."""
 
 
 class VehicleFigures:
@@ -504,7 +504,7 @@ class VehicleFigures:
         self.rails = {view: source("xs", "ys", "width") for view in ("plan", "front")}
         self.frames = ColumnDataSource({"time": [0.0]})
         self.sources: dict[str, ColumnDataSource] = {}
-        # what the browser moves by itself is not told to the server
+        # the browser does not report its own moves to the server
         cursor.syncable = False
         for view, f in (("plan", self.plan), ("front", self.front)):
             f.multi_line("xs", "ys", source=self.rails[view], color=NEUTRAL, line_width="width")
@@ -546,7 +546,7 @@ class VehicleFigures:
         moves = {n: moved[n][chosen] for n in names}
         for (
             name
-        ) in names:  # springs give way to the load, which pictures of bodies at rest have in them
+        ) in names:  # the springs' deflection under load is already in pictures of bodies at rest
             if name.startswith(("z_", "theta_")):
                 moves[name] = moves[name] - moved[name][0]
         factor = enlargement(geometry, moves)
@@ -614,7 +614,7 @@ class VehicleFigures:
 
 
 def enlargement(geometry: Any, moves: Mapping[str, Array]) -> float:
-    """Return a round factor by which a motion is drawn larger, as large as pictures of modes are."""
+    """Return a round factor that enlarges a motion to the size of the pictures of modes."""
     if geometry is None:
         return 1.0
 
@@ -764,7 +764,7 @@ class DiagramFigure:
         )
 
     def show(self, found: Diagram) -> None:
-        """Draw what there is of the diagram."""
+        """Draw the present part of the diagram."""
         self.clear()
         self.figure.visible = True
         for item in self.legend.items:

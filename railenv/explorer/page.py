@@ -31,7 +31,7 @@ from railenv.explorer.worker import Runner, Worker
 from railenv.vehicles import Vehicle
 
 GRAVITY = 9.81
-"""m/s^2, for the acceleration that is felt on a curve."""
+"""m/s^2, for the uncompensated acceleration on a curve."""
 
 _KMH = 3.6
 _HISTORY, _MODE = "time history", "least damped mode"
@@ -51,19 +51,19 @@ class Page:
     Parameters
     ----------
     state : State, optional
-        What it shows first.
+        State to show first.
     runner : callable, optional
-        Makes what runs tasks, from what is given their results and their failures; threads when left
-        out.
+        Makes the runner of tasks, from callables that take their results and their failures; runs them
+        in threads when left out.
 
     Attributes
     ----------
     state : State
-        The last state that can be.
+        The last possible state.
     message : str
-        What was wrong last; empty for nothing.
+        The last error; empty if there is none.
     stability, present, motion, curves, diagram
-        Results that are shown; None where there are none.
+        Results shown; None where there are none.
     """
 
     def __init__(self, state: State | None = None, runner: MakeRunner = Worker) -> None:
@@ -90,7 +90,7 @@ class Page:
     # --------------------------------------------------------------------------- changes
 
     def change(self, change: Change) -> None:
-        """Change the state; what cannot be is told, and the state before stays."""
+        """Change the state; an impossible state is reported, and the previous one stays."""
         try:
             wanted = change(self.wanted)
         except RailenvError as error:
@@ -108,28 +108,28 @@ class Page:
         self._runner.start(refresh(self.wanted, self._kept))
 
     def _undo(self) -> None:
-        """Go back to the last state that can be."""
+        """Go back to the last possible state."""
         self.wanted = self.state
         self.controls.show(self.state)
 
     def complain(self, message: str) -> None:
-        """Say what is wrong, until something works."""
+        """Show an error until something works."""
         self.message = message
         self._alert.object = f'<div role="alert">{escape(message)}</div>' if message else ""
         self._alert.visible = bool(message)
 
     @property
     def begin(self) -> tuple[Any, ...]:
-        """Scripts that run in the browser when the page is there: they let the vehicle move."""
+        """Return scripts that run in the browser when the page is loaded: they animate the vehicle."""
         return self._vehicle.begin
 
     def close(self) -> None:
-        """Compute nothing any more."""
+        """Stop all computations."""
         self._runner.close()
         self._diagrams.close()
 
     def _later(self, function: Callable[[Any], None]) -> Callable[[Any], None]:
-        """Return a function that runs where the page may be changed, in the order of its calls."""
+        """Return a function that queues calls to run, in order, where the page may be changed."""
         document = self._document
         if document is None or document.session_context is None:
             return function
@@ -141,16 +141,16 @@ class Page:
         return queued
 
     def _drain(self) -> None:
-        """Show all that waits: callbacks of one tick come in no order."""
+        """Show all that waits: callbacks of one tick come in any order."""
         while self._queue:
             function, item = self._queue.popleft()
             try:
                 function(item)
-            except Exception as error:  # what nobody expected is told, and the page goes on
+            except Exception as error:  # an unexpected error is shown, and the page goes on
                 self._failed(error)
 
     def _failed(self, error: Exception) -> None:
-        """Say what nobody expected; the page goes on."""
+        """Show an unexpected error; the page goes on."""
         self.complain(f"{type(error).__name__}: {error}")
         self._show_work(None)
 
@@ -233,7 +233,7 @@ class Page:
         self._show_answer()
 
     def _show_vehicle(self) -> None:
-        """Let the vehicle move in time, or in its least damped mode."""
+        """Animate the vehicle in time, or in its least damped mode."""
         model = self.state.plant()
         if self._shows_mode:
             if self.present is None:
@@ -314,7 +314,7 @@ class Page:
         )
 
     def _show_work(self, doing: Doing | None) -> None:
-        """Show a bar; it comes into sight only where a step takes its time."""
+        """Show a progress bar, which appears only during long steps."""
         if doing is None:
             self._work.styles = {"opacity": "0", "transition-delay": "0s"}
             return
@@ -325,19 +325,19 @@ class Page:
     # --------------------------------------------------------------------------- diagram
 
     def follow(self) -> None:
-        """Begin with the bifurcation diagram of the present state."""
+        """Start the bifurcation diagram of the present state."""
         self._follow.disabled, self._cancel.disabled = True, False
         self._diagram_bar.param.update(visible=True, active=True, value=-1)
         self._diagram_note.object = "the first point; its kernels are compiled once for each structure"
         self._diagrams.start(_diagram_task(self.state))
 
     def give_up(self) -> None:
-        """Give up the diagram; what there is of it stays."""
+        """Give up the diagram; the part computed so far stays."""
         self._diagrams.cancel()
         self._end_diagram("given up; what was computed stays")
 
     def apply_diagram(self, update: compute.Diagram | Missing | Done) -> None:
-        """Show what there is of the diagram."""
+        """Show the present part of the diagram."""
         match update:
             case Missing():
                 self._end_diagram(update.why)
@@ -360,7 +360,9 @@ class Page:
             return
         same = compute.same_diagram(self.diagram.state, self.state)
         self._diagram_note.object = escape(
-            self.diagram.said if same else "this diagram is of the vehicle or curve before; follow anew"
+            self.diagram.said
+            if same
+            else "this diagram is for the previous vehicle or curve; follow it anew"
         )
 
     # ---------------------------------------------------------------------------- layout
@@ -484,7 +486,7 @@ def answer(
     motion: compute.Motion | None,
     missing: dict[str, str],
 ) -> str:
-    """Return the words above the page, as HTML: critical speed, kind of loss, and what is now."""
+    """Return the words above the page, as HTML: critical speed, kind of loss, present state."""
     name = state.vehicle.name
     kind = f"{state.kind.replace('-', ' ')} of " if isinstance(state.vehicle, Vehicle) else ""
     if stability is not None:

@@ -1,4 +1,4 @@
-"""Python and plain words for what the page shows."""
+"""Python and plain words for the content of the page."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def curve(state: State) -> str:
 
 
 def conditions(state: State) -> list[str]:
-    """Return what a vehicle's file cannot hold, and the command that takes it up."""
+    """Return the conditions that a vehicle's file cannot hold, and a command with them."""
     shown = state.vehicle_shown
     model = "" if isinstance(shown, Assembly) else f" --model {state.kind}"
     where = "" if math.isinf(state.radius) else f" --radius {state.radius!r}"
@@ -43,7 +43,7 @@ def conditions(state: State) -> list[str]:
 
 
 def script(state: State, *, diagram: bool = False) -> str:
-    """Return a script that computes what is shown."""
+    """Return a script that computes the results shown."""
     closed = state.controller is not None
     made = _Made()
     body = [*_vehicle(state, made), "", *_model(state, made), "", *_analysis(state, made)]
@@ -56,18 +56,18 @@ def script(state: State, *, diagram: bool = False) -> str:
 
 
 def _plain(text: str) -> str:
-    """Return a name that may stand in a docstring."""
+    """Return a name that is safe in a docstring."""
     return "".join(c if c.isalnum() or c in " _-.,:+()" else "_" for c in text)
 
 
 class _Made:
-    """What a script imports."""
+    """The imports of a script."""
 
     def __init__(self) -> None:
         self.names = {"import numpy as np", "import design", "import railenv"}
 
     def needs(self, line: str) -> None:
-        """Note a line that is needed."""
+        """Add an import line."""
         self.names.add(line)
 
     def imports(self) -> list[str]:
@@ -119,7 +119,7 @@ def _vehicle(state: State, made: _Made) -> list[str]:
 
 
 def _base(vehicle: Vehicle) -> list[str]:
-    """Return the shipped vehicle, or what differs from the one that it is nearest to."""
+    """Return the shipped vehicle, or the nearest one with the differences."""
     differing = {preset.name: _differing(vehicle, preset) for preset in PRESETS}
     name = min(differing, key=lambda n: len(differing[n]))
     if not differing[name]:

@@ -17,7 +17,7 @@ from railenv.explorer.page import Page
 from railenv.explorer.state import State
 
 ADDRESS = "127.0.0.1"
-"""The loopback address: other machines do not reach the page."""
+"""The loopback address: other machines cannot reach the page."""
 
 PORT = 5006
 
@@ -42,7 +42,7 @@ for (const name of ["dragover", "drop"]) {{
 {{{{ embed(roots.page) }}}}
 {{% endblock %}}
 """
-"""The page around what Panel draws."""
+"""The page around Panel's content."""
 
 
 def build(state: State) -> Any:
@@ -62,14 +62,14 @@ def server(state: State, port: int = PORT) -> Any:
     Parameters
     ----------
     state : State
-        What a page shows first.
+        State that a page shows first.
     port : int
-        0 for any that is free.
+        Port; 0 for any free one.
 
     Raises
     ------
     ParameterError
-        If the port is none, or is taken.
+        If the port is invalid or taken.
     """
     port = checks.whole("port", port, low=0, high=65535)
     chosen = _free_port(port)
@@ -95,7 +95,7 @@ def server(state: State, port: int = PORT) -> Any:
 
 
 def run(running: Any, *, browser: bool = True) -> None:
-    """Run a server until it is interrupted, and open its page in the browser if wanted."""
+    """Run a server until it is interrupted; optionally open its page in the browser."""
     if browser:
         running.io_loop.add_callback(running.show, "/")
     running.run_until_shutdown()

@@ -36,10 +36,10 @@ Damper = Literal["own", "none"] | YawDamper | PrimaryDamper
 """The vehicle's own yaw dampers, none, or another one in their place."""
 
 COMMON = ("friction", "creep_factor")
-"""Numbers of the contact of every vehicle; others are those of its contact law."""
+"""Numbers of the contact that every vehicle has; the others are those of its contact law."""
 
 SHORTEST, LONGEST = 0.5, 60.0
-"""s, of a motion."""
+"""Limits (s) of the duration of a motion."""
 
 LARGEST_OFFSET = 0.02
 """m."""
@@ -60,7 +60,7 @@ class Wearing:
     ----------
     new : ProfilePair
     depth, spread : float
-        m, of the tread at wear 1, and of the lateral shift that wears it.
+        Wear of the tread at wear 1, and standard deviation of the lateral shift that wears it, m.
     """
 
     new: ProfilePair
@@ -80,7 +80,7 @@ def _family(wearing: Wearing) -> ProfileFamily:
 
 @dataclass(frozen=True)
 class YawRate:
-    """Feedback of the yaw rate with a gain of one's own, N m per rad/s."""
+    """Feedback of the yaw rate with a chosen gain, N m per rad/s."""
 
     gain: float
 
@@ -94,14 +94,14 @@ Control = str | YawRate | None
 
 @dataclass(frozen=True)
 class State:
-    """What the page shows.
+    """The state of the page.
 
     Attributes
     ----------
     vehicle : Vehicle or Assembly
-        As shipped, or as it was dropped; what follows changes it.
+        As shipped, or as dropped; the fields below change it.
     kind : {"bogie", "dual-wheelset", "coach"}
-        How much of a Vehicle; an Assembly is its own model.
+        The part of a Vehicle; an Assembly is its own model.
     contact : ContactLaw, Wearing or None
     damper : {"own", "none"}, YawDamper or PrimaryDamper
     numbers : tuple of (str, float)
@@ -111,11 +111,11 @@ class State:
     speed : float
         m/s.
     speed_range : (float, float)
-        m/s, over which eigenvalues are shown.
+        Range over which eigenvalues are shown, m/s.
     offset : float
-        m, lateral, of all bodies at the start of the motion.
+        Lateral displacement of all bodies at the start of the motion, m.
     duration : float
-        s, of the motion.
+        Duration of the motion, s.
     controller : str, YawRate or None
 
     Raises
@@ -157,7 +157,7 @@ class State:
     # ------------------------------------------------------------------------- changes
 
     def with_vehicle(self, vehicle: Vehicle | Assembly, kind: Kind | None = None) -> Self:
-        """Return the same running conditions with another vehicle, as it is."""
+        """Return the same running conditions with another, unchanged vehicle."""
         return dataclasses.replace(
             self,
             vehicle=vehicle,
@@ -168,17 +168,17 @@ class State:
         )
 
     def with_contact(self, contact: Contact) -> Self:
-        """Return another contact; numbers of the one before go with it."""
+        """Return the state with another contact; numbers of the previous one are dropped."""
         kept = tuple((name, value) for name, value in self.numbers if name in COMMON)
         return dataclasses.replace(self, contact=contact, numbers=kept)
 
     def with_number(self, name: str, value: float) -> Self:
-        """Return another friction, creep factor or number of the contact law."""
+        """Return the state with another friction, creep factor or number of the contact law."""
         numbers = {**dict(self.numbers), name: value}
         return dataclasses.replace(self, numbers=tuple(sorted(numbers.items())))
 
     def with_speed_range(self, low: float, high: float) -> Self:
-        """Return another range of speeds; the present speed moves into it."""
+        """Return the state with another range of speeds; the present speed moves into it."""
         low, high = checks.speeds((low, high))
         speed = min(max(self.speed, low), high)
         return dataclasses.replace(self, speed_range=(low, high), speed=speed)
@@ -187,7 +187,7 @@ class State:
 
     @property
     def law(self) -> ContactLaw | None:
-        """The contact law with its numbers; None where the parts of an assembly have their own."""
+        """The contact law with its numbers; None if the parts of an assembly have their own."""
         shown = self.vehicle_shown
         return shown.contact if isinstance(shown, Vehicle) else None
 
@@ -198,7 +198,7 @@ class State:
         Raises
         ------
         ParameterError
-            If it cannot be.
+            If it is impossible.
         """
         vehicle, numbers = self.vehicle, dict(self.numbers)
         if isinstance(vehicle, Assembly):
@@ -222,7 +222,7 @@ class State:
         return Assembled(shown) if isinstance(shown, Assembly) else _MODELS[self.kind](shown)
 
     def model(self) -> Model:
-        """Return the model, with actuators and sensors where a controller is chosen."""
+        """Return the model, with actuators and sensors if a controller is chosen."""
         plant = self.plant()
         return plant if self.controller is None else agents.equipped(plant)
 
@@ -236,17 +236,17 @@ class State:
 
     @property
     def problem(self) -> str:
-        """The problem whose shipped controllers are for this kind of vehicle."""
+        """The problem whose shipped controllers fit this kind of vehicle."""
         return _PROBLEMS[self.kind]
 
     def to_python(self, *, diagram: bool = False) -> str:
-        """Return a script that computes what is shown; with the bifurcation diagram, if it is."""
+        """Return a script that computes the results shown, optionally with the bifurcation diagram."""
         from railenv.explorer.script import script
 
         return script(self, diagram=diagram)
 
     def to_toml(self) -> str:
-        """Return the vehicle as a file that every command takes, running conditions as comments."""
+        """Return the vehicle as a file for every command, with running conditions as comments."""
         from railenv.explorer.script import conditions
 
         head = "".join(f"# {line}\n" for line in conditions(self))
@@ -254,7 +254,7 @@ class State:
 
 
 def contact_fields(contact: ContactLaw | Wearing) -> dict[str, ContactLaw | float]:
-    """Return the fields of a vehicle that a contact law brings: profiles have their own distance."""
+    """Return the fields of a vehicle that a contact law sets: profiles have their own distance."""
     law = contact.law() if isinstance(contact, Wearing) else contact
     pair = law.new if isinstance(law, ProfileFamily) else law
     if not isinstance(pair, ProfilePair):

@@ -1,4 +1,4 @@
-"""How finely the page computes, said once for its results and its scripts."""
+"""The resolution of the page's results and of its scripts, set once for both."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ if TYPE_CHECKING:
     from railenv.explorer.state import State
 
 SPEEDS = 41
-"""Of the eigenvalue locus."""
+"""Number of speeds of the eigenvalue locus."""
 
 POINTS = 150
-"""Most points of a branch of limit cycles."""
+"""Largest number of points of a branch of limit cycles."""
 
 PIECE = 5
-"""Points of it between two looks at whether it is still wanted."""
+"""Points of it between two checks whether it is still wanted."""
 
 DIAGRAM_OFFSETS = (1e-3, 4e-3, 8e-3)
-"""m, lateral, of all bodies at the start of the simulations of a closed loop's diagram."""
+"""Lateral displacements (m) of all bodies at the start of simulations for a closed loop's diagram."""
 
 _DIAGRAM_SPEEDS = 20
 

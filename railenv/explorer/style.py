@@ -1,4 +1,4 @@
-"""How the page looks: style sheets of its parts."""
+"""The style sheets of the page's parts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is computed after a change, step by step, and what is told of it."""
+"""The computations after a change, step by step, and their reports."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from railenv.explorer.state import State
 
 @dataclass(frozen=True)
 class Doing:
-    """What is being computed, and which share of all is done."""
+    """The computation in progress, and the share of all that is done."""
 
     what: str
     share: float
@@ -20,7 +20,7 @@ class Doing:
 
 @dataclass(frozen=True)
 class Refused:
-    """A state that cannot be; the one before stays."""
+    """An impossible state; the previous one stays."""
 
     state: State
     why: str
@@ -28,14 +28,14 @@ class Refused:
 
 @dataclass(frozen=True)
 class Accepted:
-    """A state that can be."""
+    """A possible state."""
 
     state: State
 
 
 @dataclass(frozen=True)
 class Missing:
-    """A result that there is not for this state, and why."""
+    """A result that does not exist for this state, and the reason."""
 
     what: str
     why: str
@@ -43,7 +43,7 @@ class Missing:
 
 @dataclass(frozen=True)
 class Done:
-    """All is computed."""
+    """Everything is computed."""
 
 
 Update = (
@@ -61,7 +61,7 @@ Update = (
 
 @dataclass
 class Kept:
-    """What was last delivered, so that a change computes only what depends on it."""
+    """The last results, so that a change computes only what depends on it."""
 
     stability: tuple[State, compute.Stability] | None = None
     contact: tuple[object, object] | None = None
@@ -101,7 +101,7 @@ def _stability(state: State, kept: Kept) -> Iterator[Update]:
             yield Missing("stability", str(error))
             return
         yield found
-        # a task that was given up does not come here, and nothing was delivered
+        # a task that was given up does not get here, and delivers nothing
         kept.stability = (key, found)
     try:
         yield compute.present(state, kept.stability[1])

@@ -1,4 +1,4 @@
-"""Work beside the page: the newest task runs in a thread of its own, older ones are given up."""
+"""Background work: the newest task runs in its own thread, older ones are given up."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ Deliver = Callable[[Any], None]
 
 
 class Runner(Protocol):
-    """What runs tasks and delivers what they yield."""
+    """A runner of tasks, which delivers what they yield."""
 
     def start(self, task: Iterable[Any]) -> None:
         """Run a task instead of the one that runs."""
@@ -19,18 +19,18 @@ class Runner(Protocol):
         """Give up the task that runs, after what it is computing at the moment."""
 
     def close(self) -> None:
-        """Run nothing any more."""
+        """Stop running tasks."""
 
 
 class Worker(Runner):
-    """Runs tasks in a thread.
+    """A runner of tasks in a thread.
 
     Parameters
     ----------
     deliver : callable
-        Is given what a task yields, in the thread. Nothing comes from a task that was given up.
+        Called in the thread with what a task yields; never for a task that was given up.
     failed : callable
-        Is given an exception that a task did not expect.
+        Called with an unexpected exception of a task.
     """
 
     def __init__(self, deliver: Deliver, failed: Callable[[Exception], None]) -> None:
@@ -54,14 +54,14 @@ class Worker(Runner):
             self._waiting, self._number = None, self._number + 1
 
     def close(self) -> None:
-        """Run nothing any more; the thread ends after what it is computing at the moment."""
+        """Stop running tasks; the thread ends after its present computation."""
         with self._changed:
             self._open, self._waiting, self._number = False, None, self._number + 1
             self._changed.notify()
 
     @property
     def running(self) -> bool:
-        """Whether the thread lives."""
+        """Whether the thread is alive."""
         return self._thread.is_alive()
 
     def _run(self) -> None:
@@ -83,7 +83,7 @@ class Worker(Runner):
 
 
 class AtOnce(Runner):
-    """Runs tasks where they are started, to their end."""
+    """A runner that runs each task at once, to its end."""
 
     def __init__(self, deliver: Deliver) -> None:
         self._deliver = deliver
@@ -94,7 +94,7 @@ class AtOnce(Runner):
             self._deliver(item)
 
     def cancel(self) -> None:
-        """Do nothing: no task runs any more."""
+        """Do nothing: no task is running."""
 
     def close(self) -> None:
         """Do nothing."""

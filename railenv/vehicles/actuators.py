@@ -1,4 +1,4 @@
-"""Actuators and sensors as records: their numbers, and where actuators act."""
+"""Actuators and sensors as records: their numbers, and places of actuators."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def _positive(symbol: str, unit: str, meaning: str, **bounds: float) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class Actuator(ParameterRecord):
-    """Actuated damper: a limit, a lag and a delay; as a yaw damper two longitudinal actuators.
+    """Actuated damper with a limit, a lag and a delay; as a yaw damper, two longitudinal actuators.
 
     Limits of a lateral actuator are in N instead of N m. ``Actuator.secondary()``,
     ``Actuator.primary()`` and ``Actuator.lateral()`` have realistic numbers; change them with
@@ -74,7 +74,7 @@ class Actuator(ParameterRecord):
         return cls.secondary().replace(limit=20e3, arm=1.0)
 
     def parameters(self) -> dict[str, float]:
-        """Return what the equations of motion read; the delay lies before them."""
+        """Return the numbers for the equations of motion; the delay acts before them."""
         return {
             "actuator_limit": self.limit,
             "actuator_bandwidth": self.bandwidth,
@@ -88,7 +88,7 @@ class Actuator(ParameterRecord):
 
 @dataclass(frozen=True, kw_only=True)
 class Sensors(ParameterRecord):
-    """Lateral accelerometer and yaw gyro on a body: frames and body, or what :class:`Equipped` is told.
+    """Lateral accelerometer and yaw gyro on a body; :class:`railenv.Equipped` chooses the bodies.
 
     Raises
     ------
@@ -113,7 +113,7 @@ class Sensors(ParameterRecord):
 
     @classmethod
     def standard(cls) -> Self:
-        """Return sensors as carried for bogie monitoring."""
+        """Return sensors as used for bogie monitoring."""
         return cls(
             accelerometer_bandwidth=50.0,
             gyro_bandwidth=50.0,
@@ -136,7 +136,7 @@ class Sensors(ParameterRecord):
         )
 
     def parameters(self) -> dict[str, float]:
-        """Return what the equations of motion read; noise and bias are added to the readings."""
+        """Return the numbers for the equations of motion; noise and bias are added to the readings."""
         return {
             "accelerometer_bandwidth": self.accelerometer_bandwidth,
             "gyro_bandwidth": self.gyro_bandwidth,
@@ -153,7 +153,7 @@ class YawActuator:
         Bodies, or a body and ``"ground"``.
     actuator : Actuator
     name : str
-        Of its states and its command; that of the first body when left out.
+        Name of its states and its command; that of the first body when left out.
     """
 
     between: tuple[str, str]
@@ -182,9 +182,9 @@ class LateralActuator(YawActuator):
     Attributes
     ----------
     between, actuator, name
-        As of :class:`YawActuator`; the actuator's moments are forces (N), its arm is not used.
+        As in :class:`YawActuator`; the actuator's moments are forces (N), its arm is not used.
     x, z : float
-        Where it acts, m, in the coordinates of the vehicle.
+        Place where it acts, in the coordinates of the vehicle, m.
     """
 
     x: float = 0.0

@@ -54,30 +54,30 @@ class Assembly:
     """A vehicle of bodies and force elements, from which its equations of motion are assembled.
 
     Every number of a part becomes a parameter of the model, named after part and field
-    (``frame_mass``), unless it is a text: that reads ``parameters`` by name, and may compute
+    (``frame_mass``), unless it is a text: a text reads ``parameters`` by name, and may compute
     (``"-half_wheelbase"``). Vehicles of the same parts share their kernels, whatever the numbers.
 
     Parameters
     ----------
     name : str
     bodies : sequence of Wheelset, Body and Clamped
-        States have wheelsets first, then bodies.
+        In the states wheelsets come first, then bodies.
     elements : sequence of Element
-        Own states and inputs are in the order of :data:`railenv.vehicles.elements.ELEMENTS`.
+        Their own states and inputs are in the order of :data:`railenv.vehicles.elements.ELEMENTS`.
     parameters : mapping of str to float, optional
         Numbers that several fields share, by name.
     gravity : float or str
-        m/s^2.
+        Acceleration due to gravity, m/s^2.
     wheelbase_curving : float or str
-        1 where bodies at different places along the track see it turn between them on a curve, 0 where
-        they do not (as in the paper).
+        1 if bodies at different places see the track turn between them on a curve, 0 if they do not
+        (as in the paper).
     shifting_loads : bool
-        True where vertical forces act where bodies have moved to: what moves aside or leans then bears
-        more on that side. False where they act at the places of rest (as in the paper).
+        True if vertical forces act at the displaced places of bodies: a body that moves aside or leans
+        then bears more on that side. False if they act at the places of rest (as in the paper).
     provenance : str
         Where the numbers come from.
     actuators : sequence of YawActuator and LateralActuator, optional
-        What the vehicle carries; :class:`railenv.Equipped` takes it unless told otherwise.
+        Actuators of the vehicle, the default of :class:`railenv.Equipped`.
     sensors : Sensors, optional
     sensed : sequence of str, optional
         Bodies that carry the sensors.
@@ -85,10 +85,10 @@ class Assembly:
     Raises
     ------
     ParameterError
-        If a number is not allowed, names repeat, an element is attached to no body, or nothing holds a
-        body to the ground.
+        If a number is not allowed, names repeat, an element is not attached to a body, or nothing
+        holds a body to the ground.
     UnknownNameError
-        If a text reads a parameter that there is not.
+        If a text reads a parameter that does not exist.
 
     Examples
     --------
@@ -149,7 +149,7 @@ class Assembly:
     def from_toml(cls, path: str | PathLike[str]) -> Self:
         """Read a vehicle from a TOML file of parts; nothing in the file is ever executed.
 
-        Without a name of its own it has that of the file.
+        If the file gives no name, the vehicle has the name of the file.
 
         Raises
         ------
@@ -236,7 +236,7 @@ class Assembly:
             object.__setattr__(self, "sensed", tuple(bodies))
 
     def _loose(self) -> list[str]:
-        """Bodies from which no chain of elements leads to the rails or the ground."""
+        """Return the bodies from which no chain of elements leads to the rails or the ground."""
         held = {GROUND, *(b.name for b in self.bodies if type(b) is not Body)}
         links = [set(e.between) for e in self.elements if not e.n_inputs]
         while more := {end for link in links if link & held for end in link} - held:
@@ -244,7 +244,7 @@ class Assembly:
         return [body.name for body in self.bodies if body.name not in held]
 
     def check(self, values: Values) -> None:
-        """Raise ParameterError unless the numbers that ``values`` give to all fields are allowed."""
+        """Raise ParameterError unless all fields have allowed numbers with ``values``."""
         known = {**dict.fromkeys(self._table_names), **values}
         for part in self.parts:
             for role, (_, numbered) in part.groups().items():
@@ -291,7 +291,7 @@ class Assembly:
 
     @cached_property
     def site_names(self) -> tuple[str, ...]:
-        """Numbers that say how the track at each body's place differs from that at the origin."""
+        """Names of the differences of the track at each body's place from that at the origin."""
         return site_names([body.name for body in self.bodies])
 
     @cached_property
@@ -308,7 +308,7 @@ class Assembly:
 
     @cached_property
     def _expressions(self) -> dict[tuple[str, str], dict[str, str]]:
-        """Expression of every field that is given, by part and what of it has the field."""
+        """Expression of every given field, by part and by the group of the part with the field."""
         return {
             (part.name, role): numbered.given(prefix)
             for part in self.parts
@@ -346,7 +346,7 @@ class Assembly:
 
     @cached_property
     def tables(self) -> dict[str, Table]:
-        """All characteristics, by the name under which the equations read them."""
+        """All characteristics, by their names in the equations."""
         return {
             prefix + field: numbered.table(field)
             for part in self.parts
@@ -361,7 +361,7 @@ class Assembly:
         Raises
         ------
         UnknownNameError
-            If a name is none of them.
+            If a name is not one of them.
         ParameterError
             If a number is not allowed.
         """
@@ -388,7 +388,7 @@ class Assembly:
         return hashlib.sha256(text.encode()).hexdigest()
 
     def with_numbers(self, values: Values) -> SimpleNamespace:
-        """Return the vehicle with numbers (or symbols) in all fields, as the equations read it."""
+        """Return the vehicle with numbers (or symbols) in all fields, for the equations."""
         bodies = [self._numbered(body, values) for body in self.bodies]
         by_name = {body.name: body for body in bodies}
         wheelsets = [by_name[w.name] for w in self.wheelsets]
@@ -407,7 +407,7 @@ class Assembly:
         )
 
     def _site(self, body: str, values: Values) -> Site:
-        """Return the track at a body's place; where nothing tells, it is that of the origin."""
+        """Return the track at a body's place; by default it is that of the origin."""
         return Site(*(values.get(name, 0) for name in site_names([body])))
 
     def _numbered(self, part: Part, values: Values) -> SimpleNamespace:
@@ -438,7 +438,7 @@ class Assembly:
         return found
 
     def _add_contact(self, found: SimpleNamespace, part: Wheelset, values: Values) -> None:
-        """Add to the numbers of a wheelset its contact laws, and what is no number."""
+        """Add to the numbers of a wheelset its contact laws and its fields that are not numbers."""
         for role, (_, numbered) in part.groups().items():
             if isinstance(numbered, ContactLaw):
                 setattr(found, role, self._fields(part, role, numbered, values))
@@ -464,19 +464,19 @@ class Assembly:
         return found[0], found[-1]
 
     def place(self, body: str, values: Values | None = None) -> float:
-        """Return where along the vehicle (m) a body stands."""
+        """Return the place (m) of a body along the vehicle."""
         text = self._expressions[body, ""].get("x")
         return 0.0 if text is None else float(evaluate(text, values or self.values))
 
 
 @dataclass(frozen=True)
 class AssembledEquations:
-    """Equations of motion of an assembly, as models and their equipment read them.
+    """Equations of motion of an assembly, for models and their equipment.
 
     Attributes
     ----------
     assembly : Assembly
-        Its structure; the numbers come with every call.
+        Structure of the assembly; the numbers come with every call.
     """
 
     assembly: Assembly
@@ -490,7 +490,7 @@ class AssembledEquations:
         cant: Scalar,
         p: Scalar,
     ) -> list[Scalar]:
-        """Time derivatives of the states; ``p`` has the parameters and tables as attributes."""
+        """Return time derivatives of the states; ``p`` has parameters and tables as attributes."""
         return self.driven(x, u, Running(speed, curvature, cant), p, {})
 
     def driven(
@@ -501,16 +501,16 @@ class AssembledEquations:
         p: Scalar,
         wrenches: Mapping[str, Sequence[Wrench]],
     ) -> list[Scalar]:
-        """Time derivatives of the states with further wrenches on the bodies."""
+        """Return time derivatives of the states, with further wrenches on the bodies."""
         return motion.rates(self.assembly.with_numbers(vars(p)), x, u, run, wrenches)
 
     def motions(self, x: Sequence[Scalar]) -> dict[str, Motion]:
-        """Motions of the bodies."""
+        """Return the motions of the bodies."""
         return motions(x, self.assembly.coordinates)
 
     @property
     def site_names(self) -> tuple[str, ...]:
-        """What :func:`railenv.equations.coordinates.site_names` returns for the bodies."""
+        """Result of :func:`railenv.equations.coordinates.site_names` for the bodies."""
         return self.assembly.site_names
 
     def here(self, body: str, run: Running, p: Scalar) -> Running:
@@ -518,15 +518,15 @@ class AssembledEquations:
         return at_site(run, self.assembly._site(body, vars(p)))
 
     def gravity(self, p: Scalar) -> Scalar:
-        """Acceleration due to gravity."""
+        """Return the acceleration due to gravity."""
         return evaluate(self.assembly._own["gravity"], vars(p))
 
     def places(self, p: Scalar) -> dict[str, tuple[Scalar, Scalar]]:
-        """Place along the vehicle and height of every body."""
+        """Return the place along the vehicle and the height of every body."""
         return {b.name: (b.x, b.z) for b in self.assembly.with_numbers(vars(p)).bodies}
 
     def guiding_forces(
         self, x: Sequence[Scalar], u: Sequence[Scalar], run: Running, p: Scalar
     ) -> list[Scalar]:
-        """Y and Q (N) of the left and right wheel of each wheelset."""
+        """Return Y and Q (N) of the left and right wheel of each wheelset."""
         return motion.guiding_forces(self.assembly.with_numbers(vars(p)), x, u, run)

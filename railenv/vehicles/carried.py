@@ -1,8 +1,8 @@
 """Actuators and sensors in the TOML file of a vehicle.
 
-``[[yaw_actuator]]`` and ``[[lateral_actuator]]`` tables say between which bodies they act; their
-numbers are those of ``Actuator.secondary()`` where they are left out. One ``[sensors]`` table says
-which bodies carry sensors; its numbers are those of ``Sensors.standard()`` where they are left out.
+``[[yaw_actuator]]`` and ``[[lateral_actuator]]`` tables name the bodies between which they act;
+numbers left out are those of ``Actuator.secondary()``. One ``[sensors]`` table names the bodies that
+carry sensors; numbers left out are those of ``Sensors.standard()``.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _NUMBERS = tuple(f.name for f in dataclasses.fields(Actuator))
 
 
 def places_of(kind: type[YawActuator]) -> tuple[str, ...]:
-    """Return the fields of an actuator that say where it is."""
+    """Return the fields of an actuator that give its place."""
     return tuple(f.name for f in dataclasses.fields(kind) if f.name != "actuator")
 
 
@@ -40,7 +40,7 @@ def actuators(data: Mapping[str, Any], source: str) -> tuple[YawActuator, ...]:
     ParameterError
         If one lacks its bodies or has a number that is not allowed.
     UnknownNameError
-        If one has a field that there is not.
+        If one has an unknown field.
     """
     found = []
     for kind, record in ACTUATORS.items():
@@ -64,9 +64,9 @@ def sensors(data: Mapping[str, Any], source: str) -> dict[str, Any]:
     Raises
     ------
     ParameterError
-        If it is no table, or has a number that is not allowed.
+        If it is not a table, or has a number that is not allowed.
     UnknownNameError
-        If it has a field that there is not.
+        If it has an unknown field.
     """
     if SENSORS not in data:
         return {}
@@ -80,7 +80,7 @@ def sensors(data: Mapping[str, Any], source: str) -> dict[str, Any]:
 
 
 def tables(given: Sequence[YawActuator]) -> dict[str, list[dict[str, Any]]]:
-    """Return what a file has of some actuators, by the name of their tables."""
+    """Return actuators as a file has them, by the name of their tables."""
     found: dict[str, list[dict[str, Any]]] = {}
     for kind, record in ACTUATORS.items():
         for actuator in given:

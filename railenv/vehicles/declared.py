@@ -1,4 +1,4 @@
-"""What a model with equations of its own says of its bodies: which states are whose motion."""
+"""Bodies declared for a user's own equations, with the states of their motion."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _GUIDED = ("flange_clearance", "half_gauge", "wheel_radius", "conicity")
 
 @dataclass(frozen=True, kw_only=True)
 class MovingBody:
-    """A body in equations of one's own: its states, and the inputs by which something acts on it.
+    """A body in your own equations: its states, and the inputs that act on it.
 
     Numbers may be texts that compute them from the model's parameters (``"clearance"``).
 
@@ -38,18 +38,18 @@ class MovingBody:
     dy, dz, dphi, dtheta, dpsi : str, optional
         States that are their rates; ``d`` before the coordinate's name when left out.
     lateral_force, yaw_moment : str, optional
-        Inputs that act on it about its centre of mass (N, N m): actuators need them.
+        Inputs that act at its centre of mass (N, N m); actuators need them.
     reacts_on : str
-        Body on which the equations let these inputs react; the ground, unless another is named.
+        Body on which these inputs react in the equations; the ground, unless another is named.
     x : float or str
         Place along the vehicle, m.
     flange_clearance, half_gauge, wheel_radius, conicity : float or str, optional
-        Of a wheelset (m, m, m, 1): what environments measure hunting with. All, or none.
+        Of a wheelset (m, m, m, 1), for the measures of hunting in environments. All, or none.
 
     Raises
     ------
     ParameterError
-        If it has no coordinates, or a part of a wheelset's numbers.
+        If it has no coordinates, or only some of a wheelset's numbers.
     """
 
     name: str
@@ -120,7 +120,7 @@ class MovingBody:
 
 @dataclass(frozen=True)
 class DeclaredEquations:
-    """Equations of one's own with what is said of their bodies, as equipment reads them.
+    """A user's own equations with their declared bodies, for equipment.
 
     Attributes
     ----------
@@ -135,7 +135,7 @@ class DeclaredEquations:
     bodies: tuple[MovingBody, ...]
 
     def __call__(self, *arguments: Any) -> list[Scalar]:
-        """Time derivatives of the states."""
+        """Return the time derivatives of the states."""
         return list(self.equations(*arguments))
 
     def driven(
@@ -146,13 +146,13 @@ class DeclaredEquations:
         p: Scalar,
         wrenches: Mapping[str, Sequence[Wrench]],
     ) -> list[Scalar]:
-        """Time derivatives of the states with further wrenches on the bodies."""
+        """Return time derivatives of the states, with further wrenches on the bodies."""
         inputs = list(u)
         by_name = {body.name: body for body in self.bodies}
         for name, acting in wrenches.items():
             for wrench in acting:
                 body: MovingBody | None = by_name[name]
-                while body is not None:  # what the equations let react on another body is undone there
+                while body is not None:  # reactions on another body in the equations are undone there
                     self._add(inputs, body.lateral_force, wrench.force_y)
                     self._add(inputs, body.yaw_moment, wrench.yaw)
                     body = by_name.get(body.reacts_on)
@@ -164,7 +164,7 @@ class DeclaredEquations:
             inputs[k] = inputs[k] + value
 
     def motions(self, x: Sequence[Scalar]) -> dict[str, Motion]:
-        """Motions of the bodies."""
+        """Return the motions of the bodies."""
         value = dict(zip(self.states, x, strict=False))
         return {
             body.name: AT_REST._replace(**{n: value[s] for n, s in body.states.items()})
@@ -173,7 +173,7 @@ class DeclaredEquations:
 
     @property
     def site_names(self) -> tuple[str, ...]:
-        """Equations of one's own know one place of the track."""
+        """No names: a user's own equations know one place of the track."""
         return ()
 
     def here(self, body: str, run: Running, p: Scalar) -> Running:
@@ -181,11 +181,11 @@ class DeclaredEquations:
         return run
 
     def gravity(self, p: Scalar) -> Scalar:
-        """Acceleration due to gravity: the parameter of that name, if there is one."""
+        """Return the acceleration due to gravity: the parameter of that name, if there is one."""
         return vars(p).get("gravity", GRAVITY)
 
     def places(self, p: Scalar) -> dict[str, tuple[Scalar, Scalar]]:
-        """Place along the vehicle and height of every body."""
+        """Return the place along the vehicle and the height of every body."""
         values = vars(p)
         return {
             b.name: (evaluate(b.x, values) if isinstance(b.x, str) else b.x, 0.0) for b in self.bodies
@@ -194,5 +194,5 @@ class DeclaredEquations:
     def guiding_forces(
         self, x: Sequence[Scalar], u: Sequence[Scalar], run: Running, p: Scalar
     ) -> list[Scalar]:
-        """Guiding forces of wheels: equations of one's own do not tell them."""
+        """Return no guiding forces of wheels: a user's own equations do not give them."""
         return []

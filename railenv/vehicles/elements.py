@@ -1,6 +1,6 @@
-"""What a vehicle is assembled from: bodies, wheelsets and force elements, as frozen records.
+"""The parts of a vehicle: bodies, wheelsets and force elements, as frozen records.
 
-What their fields may hold is said in :mod:`railenv.fields`. Places are those of the vehicle, from an
+See :mod:`railenv.fields` for what their fields may hold. Places are those of the vehicle, from an
 origin of your choice: ``x`` forward, ``y`` to the left, ``z`` up.
 """
 
@@ -30,7 +30,7 @@ from railenv.fields import (
 from railenv.tables import Table
 
 GRAVITY = 9.81
-"""m/s^2, unless a vehicle has another."""
+"""m/s^2, unless a vehicle has another value."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,18 +56,18 @@ class Part(Numbered):
 
     @property
     def called(self) -> str:
-        """What the part is called in messages."""
+        """Name of the part in messages."""
         return self.name
 
     def groups(self) -> dict[str, tuple[str, Numbered]]:
-        """Return what of the part has numbers, and how their names as parameters start.
+        """Return the groups of the part's numbers, with the prefix of their names as parameters.
 
-        The part itself has the name ``""``; what else there is has one of its own.
+        The part itself has the name ``""``; any other group has its own name.
         """
         return {"": (f"{self.name}_", self)}
 
     def like(self, name: str, **changes: Any) -> Self:
-        """Return another part that shares this one's numbers, but for some fields.
+        """Return another part that shares this one's numbers, except for some fields.
 
         A change of this part's parameters (``conicity`` of a wheelset) then changes both.
         """
@@ -79,7 +79,7 @@ class Part(Numbered):
         return dict(self.shared(f"{self.name}_"))
 
     def with_changes(self, changes: Mapping[str, float]) -> Self:
-        """Return the part with those of its own numbers changed that ``changes`` names."""
+        """Return the part with its own numbers in ``changes`` changed."""
         return self.renumbered(f"{self.name}_", changes)
 
 
@@ -88,7 +88,7 @@ class Part(Numbered):
 
 @dataclass(frozen=True, kw_only=True)
 class Clamped(Part):
-    """Something at rest in the track frame to which elements are attached, such as a held body."""
+    """Something at rest in the track frame, such as a held body, to which elements are attached."""
 
     kind = "clamped"
 
@@ -105,8 +105,8 @@ class Clamped(Part):
 class Body(Clamped):
     """A rigid body with the coordinates y, z, phi, psi, and theta where it has a pitch inertia.
 
-    A body carries its own weight; ``lateral_load_mass`` and ``vertical_load_mass`` change that, for one
-    that carries (half of) a body which is not modelled.
+    A body carries its own weight; ``lateral_load_mass`` and ``vertical_load_mass`` change that for a
+    body that carries (half of) a body that is not modelled.
     """
 
     kind = "body"
@@ -162,7 +162,7 @@ class Wheelset(Body):
         "1", "friction coefficient of wheel and rail", needed=True, low=0.0, open_low=True, high=2.0
     )
     flange_clearance: Number = positive(
-        "m", "lateral way of the wheelset up to flange contact, for contact laws without a flange"
+        "m", "lateral clearance up to flange contact, for contact laws without a flange"
     )
     lateral_creep: Number = positive("N", "creep coefficient f_11 of a wheel, lateral")
     lateral_spin_creep: Number = nonnegative(
@@ -207,7 +207,7 @@ class Wheelset(Body):
                 )
 
     def groups(self) -> dict[str, tuple[str, Numbered]]:
-        """Return the wheelset and its contact laws, and how the names of their numbers start."""
+        """Return the wheelset and its contact laws, with the prefix of the names of their numbers."""
         assert self.contact is not None
         found = {**super().groups(), "left": (f"{self.name}_", self.contact)}
         if self.right_contact is not None:
@@ -215,7 +215,7 @@ class Wheelset(Body):
         return found
 
     def settings(self) -> list[Any]:
-        """Return what is neither number nor table, for telling structures apart."""
+        """Return all that is neither number nor table, to distinguish structures."""
         laws = {"conicity", "contact", "right_contact"}
         return [setting for setting in super().settings() if setting[0] not in laws]
 
@@ -223,7 +223,7 @@ class Wheelset(Body):
         return {**super()._shared(), **self._laws(lambda prefix, law: law.reading(prefix))}
 
     def with_changes(self, changes: Mapping[str, float]) -> Self:
-        """Return the wheelset with those of its own numbers changed that ``changes`` names."""
+        """Return the wheelset with its own numbers in ``changes`` changed."""
         laws = self._laws(lambda prefix, law: law.renumbered(prefix, changes))
         return dataclasses.replace(super().with_changes(changes), **laws)
 
@@ -289,7 +289,7 @@ class Element(Part):
 
 @dataclass(frozen=True, kw_only=True)
 class _Paired(Element):
-    """An element that stands once, or twice at +-y."""
+    """An element that exists once, or twice at +-y."""
 
     pair: bool = dataclasses.field(  # type: ignore[misc]
         default=False, metadata={"meaning": "true: one stands at +y and one at -y; it needs y then"}

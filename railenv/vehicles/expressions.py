@@ -1,7 +1,7 @@
-"""Arithmetic on the names of parameters: how the numbers of an assembly are written.
+"""Arithmetic on the names of parameters, for the numbers of an assembly.
 
-A field of a body or an element is a number, or a text such as ``"frame_mass + body_mass / 2"``. Nothing
-but names, numbers, ``+ - * /`` and brackets is read, and nothing else is ever executed.
+A field of a body or an element is a number, or a text such as ``"frame_mass + body_mass / 2"``. Only
+names, numbers, ``+ - * /`` and brackets are read, and nothing else is ever executed.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.USub, ast.UAdd)
 
 @cache
 def _compiled(text: str) -> tuple[CodeType, tuple[str, ...]] | None:
-    """Return the code of an expression and the names that it reads; None where it is no arithmetic."""
+    """Return the code of an expression and the names that it reads; None if it is not arithmetic."""
     try:
         tree = ast.parse(text.strip(), mode="eval")
         for node in ast.walk(tree):
@@ -41,14 +41,14 @@ def evaluate(text: str, values: Any, label: str = "expression") -> Any:
     text : str
     values : mapping of str to number or symbol
     label : str
-        What the expression gives, in messages.
+        Name of the result in messages.
 
     Raises
     ------
     UnknownNameError
-        If it reads a name that there is not.
+        If it reads a name that does not exist.
     ParameterError
-        If it is anything but arithmetic on names and numbers, or divides by zero.
+        If it is not arithmetic on names and numbers, or divides by zero.
     """
     found = _compiled(text)
     if found is None:

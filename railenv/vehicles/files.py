@@ -1,4 +1,4 @@
-"""Assemblies as TOML files: one table per part, texts for what reads parameters.
+"""Assemblies as TOML files: one table per part, texts for fields that read parameters.
 
 Nothing in a file is ever executed; texts are arithmetic on names (:mod:`railenv.vehicles.expressions`).
 """
@@ -40,11 +40,11 @@ PLAIN: dict[str, tuple[str, str]] = {
     ),
     "parameters": ("", "numbers that several fields share, by names of your choice"),
 }
-"""Unit and meaning of what a file says of the vehicle as a whole."""
+"""Unit and meaning of a file's entries for the vehicle as a whole."""
 
 
 def read(path: str | PathLike[str]) -> dict[str, Any]:
-    """Return what a TOML file holds.
+    """Return the content of a TOML file.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def read(path: str | PathLike[str]) -> dict[str, Any]:
 
 
 def parse(content: bytes, source: str) -> dict[str, Any]:
-    """Return what the content of a TOML file holds; ``source`` names it in errors.
+    """Return the data of a TOML file from its bytes; ``source`` names it in errors.
 
     Raises
     ------
@@ -69,7 +69,7 @@ def parse(content: bytes, source: str) -> dict[str, Any]:
 
 
 def describes_assembly(data: Mapping[str, Any]) -> bool:
-    """Whether the content of a file is that of an assembly, not of a Vehicle's fields."""
+    """Return whether the content of a file is that of an assembly, not of a Vehicle's fields."""
     return "parameters" in data or any(
         isinstance(value, list) and (name in KINDS or any(isinstance(v, dict) for v in value))
         for name, value in data.items()
@@ -143,7 +143,7 @@ def text_of(assembly: Assembly, units: Mapping[str, str] | None = None) -> str:
         if name == "parameters":
             continue
         item = tomlkit.item(getattr(assembly, name))
-        plain = isinstance(getattr(assembly, name), str) and not unit  # tells its meaning itself
+        plain = isinstance(getattr(assembly, name), str) and not unit  # its meaning is obvious
         document.add(name, item if plain else item.comment(comment(unit, meaning)))
     if assembly.parameters:
         shared = tomlkit.table()
@@ -168,7 +168,7 @@ def text_of(assembly: Assembly, units: Mapping[str, str] | None = None) -> str:
 
 
 def comment(unit: str, meaning: str) -> str:
-    """Return what stands behind a number in a file."""
+    """Return the comment after a number in a file."""
     return f"{meaning} [{unit}]" if unit else meaning
 
 

@@ -1,6 +1,6 @@
-"""What a vehicle may have beyond the paper's bogie: a body on its bogies, and further suspension parts.
+"""Parts of a vehicle beyond the paper's bogie: a body on its bogies, and further suspension parts.
 
-Each group of fields is one part, which is there when the fields are given. Heights are above the axles.
+Each group of fields is one part, which exists if the fields are given. Heights are above the axles.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from railenv.vehicles.records import ParameterRecord, optional, optional_table
 _BEYOND = "beyond the paper"
 
 BODY = "body"
-"""Group of what a whole vehicle needs beside its bogies."""
+"""Group of fields that a whole vehicle needs beside its bogies."""
 
 PRIMARY_DAMPER = "primary damper"
 """Group of the vertical dampers between wheelsets and frame."""
@@ -24,12 +24,12 @@ PRIMARY_DAMPER = "primary damper"
 NEEDS_BODY = ("lateral stop", "traction rod")
 """Groups without effect under a body at rest.
 
-Under a body whose load acts on the frame, the frame moves by some millimetres, which is less than the
-clearance of a stop; and a rod in the middle is not stretched by a frame that does not pitch.
+Under a body whose load acts on the frame, the frame moves by some millimetres, less than the clearance
+of a stop; and a frame that does not pitch does not stretch a rod in the middle.
 """
 
 OVERTURNING = "overturning"
-"""What a bogie has whose body's lateral force acts at the body's height."""
+"""Group of a bogie whose body's lateral force acts at the body's height."""
 
 
 @dataclass(frozen=True, kw_only=True)

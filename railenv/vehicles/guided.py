@@ -1,4 +1,4 @@
-"""What analyses and environments know of a body that the rails guide."""
+"""Data of a body guided by the rails, for analyses and environments."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ if TYPE_CHECKING:
     from railenv.contact.laws import ContactLaw
 
 KINEMATIC_AMPLITUDE = 3e-3
-"""m, lateral amplitude at which the conicity of a vehicle is told (EN 15302)."""
+"""Lateral amplitude (m) at which the conicity of a vehicle is stated (EN 15302)."""
 
 
 class Guided(NamedTuple):
-    """A wheelset of a model: where it is, how far it may move, and which states and inputs are its own.
+    """A wheelset of a model: its place, its clearance, its states and its inputs.
 
     Attributes
     ----------
@@ -27,13 +27,13 @@ class Guided(NamedTuple):
     y, psi, dy : str
         States.
     rails : tuple of str
-        Inputs that displace the rails under it: align, vert, cross; none where the model has none.
+        Inputs that displace the rails under it: align, vert, cross; none if the model has none.
     z, phi : str, optional
-        Further states, where there are such.
+        Further states, if there are any.
     laws : tuple of ContactLaw, optional
-        Contact laws of the left and right wheel, where they are known.
+        Contact laws of the left and right wheel, if known.
     friction : float, optional
-        Friction coefficient of wheel and rail, where it is known.
+        Friction coefficient of wheel and rail, if known.
     """
 
     name: str
@@ -58,5 +58,5 @@ class Guided(NamedTuple):
 
 
 def klingel_wavelength(half_gauge: float, wheel_radius: float, conicity: float) -> float:
-    """Wavelength (m) of a free wheelset's kinematic oscillation, 2 pi sqrt(a r_0 / lambda)."""
+    """Return the kinematic wavelength (m) of a free wheelset, 2 pi sqrt(a r_0 / lambda)."""
     return 2.0 * math.pi * math.sqrt(half_gauge * wheel_radius / conicity)

@@ -1,4 +1,4 @@
-"""Vehicles by what a user calls them: a shipped one's name, or a file of either form."""
+"""Vehicles by a shipped one's name, or from a file of either form."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def named(name: str) -> Vehicle | Assembly:
     UnknownNameError
         If there is no such vehicle.
     ParameterError
-        If the file describes none.
+        If the file does not describe a vehicle.
     """
     if not name.endswith(".toml"):
         return preset(name)
@@ -31,7 +31,7 @@ def described(data: Mapping[str, Any], source: str) -> Vehicle | Assembly:
     Raises
     ------
     ParameterError
-        If it describes none; ``source`` names it.
+        If it does not describe a vehicle; the message names ``source``.
     """
     kind = Assembly if files.describes_assembly(data) else Vehicle
     return kind.described(data, source)

@@ -1,4 +1,4 @@
-"""The vehicles that the package ships; those on measured profiles are made when this is imported."""
+"""The vehicles that the package ships; those on measured profiles are built on import."""
 
 from __future__ import annotations
 

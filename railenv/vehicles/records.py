@@ -1,6 +1,6 @@
 """Frozen records of physical quantities: checked on creation, described by their metadata.
 
-Every field carries its symbol, unit, meaning, allowed range and source in its metadata, from which the
+Every field has its symbol, unit, meaning, allowed range and source in its metadata, from which the
 parameter tables of the command line and of the documentation are made.
 """
 
@@ -13,7 +13,7 @@ from typing import Any, Self
 from railenv import checks
 
 TABLE = "Table 1"
-"""Source of a quantity unless another is given."""
+"""Default source of a quantity."""
 
 
 def quantity(
@@ -25,36 +25,36 @@ def quantity(
     default: Any = dataclasses.MISSING,
     **bounds: float | bool,
 ) -> Any:
-    """Return a dataclass field that holds a physical quantity; bounds as in ``checks.number``."""
+    """Return a dataclass field for a physical quantity; bounds are those of ``checks.number``."""
     metadata = {"symbol": symbol, "unit": unit, "meaning": meaning, "source": source}
     return dataclasses.field(default=default, metadata={**metadata, "bounds": bounds})
 
 
 def positive(symbol: str, unit: str, meaning: str, source: str = TABLE, **bounds: float | bool) -> Any:
-    """Return a dataclass field that holds a quantity greater than 0."""
+    """Return a dataclass field for a quantity greater than 0."""
     return quantity(symbol, unit, meaning, source, low=0.0, open_low=True, **bounds)
 
 
 def nonnegative(
     symbol: str, unit: str, meaning: str, source: str = TABLE, **bounds: float | bool
 ) -> Any:
-    """Return a dataclass field that holds a quantity not less than 0."""
+    """Return a dataclass field for a quantity not less than 0."""
     return quantity(symbol, unit, meaning, source, low=0.0, **bounds)
 
 
 def optional(
     symbol: str, unit: str, meaning: str, source: str, group: str, **bounds: float | bool
 ) -> Any:
-    """Return a field of what a record may lack: None, or a quantity; bounds as in ``checks.number``.
+    """Return an optional field: None, or a quantity; bounds are those of ``checks.number``.
 
-    What belongs together has the same ``group``: it is given as a whole or not at all.
+    Fields with the same ``group`` belong together: give all of them or none.
     """
     metadata = {"symbol": symbol, "unit": unit, "meaning": meaning, "source": source, "group": group}
     return dataclasses.field(default=None, metadata={**metadata, "bounds": bounds})
 
 
 def optional_table(symbol: str, x: str, y: str, meaning: str, source: str, group: str) -> Any:
-    """Return a field of what a record may lack: None, or two lists of numbers over each other."""
+    """Return an optional field: None, or two lists of numbers, the second over the first."""
     metadata = {"symbol": symbol, "unit": f"{x}, {y}", "meaning": meaning, "source": source}
     return dataclasses.field(default=None, metadata={**metadata, "group": group, "table": True})
 

@@ -1,8 +1,8 @@
-"""The package's own assemblies as templates: which parts there are, as the vehicle has them or not.
+"""The package's own assemblies as templates, whose parts depend on those of the vehicle.
 
-In ``bogie.toml`` and ``dual_wheelset.toml`` a part with ``needs`` is there only where the vehicle has
-that group of fields (:mod:`railenv.vehicles.further`); what stands under ``with`` and a group replaces
-fields where it has. Characteristics are named by the field of the vehicle that holds their points.
+In ``bogie.toml`` and ``dual_wheelset.toml`` a part with ``needs`` exists only if the vehicle has that
+group of fields (:mod:`railenv.vehicles.further`); entries under ``with`` and a group replace fields if
+it has that group. Characteristics are named by the field of the vehicle that holds their points.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _CHARACTERISTIC = "force"
 
 
 def data_of(name: str, groups: Collection[str]) -> Data:
-    """Return one of the package's own assemblies with the parts of some groups, as files have them."""
+    """Return one of the package's own assemblies with the parts of some groups, as in files."""
     data: Data = {}
     for key, value in files.shipped(name).items():
         if isinstance(value, list):
@@ -37,7 +37,7 @@ def data_of(name: str, groups: Collection[str]) -> Data:
 
 
 def _chosen(table: Mapping[str, Any], groups: Collection[str]) -> Data:
-    """Return the fields of a part as some groups have them."""
+    """Return the fields of a part for some groups."""
     found = {n: v for n, v in table.items() if n not in ("needs", "with")}
     for group, changes in table.get("with", {}).items():
         if group in groups:
@@ -46,7 +46,7 @@ def _chosen(table: Mapping[str, Any], groups: Collection[str]) -> Data:
 
 
 def characteristics(data: Data) -> dict[str, str]:
-    """Return which field of a vehicle has the points of a characteristic, by the element's name."""
+    """Return the field of a vehicle with the points of each characteristic, by element's name."""
     found: dict[str, str] = {}
     for table in _elements(data):
         field = table.get(_CHARACTERISTIC, found.get(table.get("like", "")))
@@ -56,7 +56,7 @@ def characteristics(data: Data) -> dict[str, str]:
 
 
 def with_points(data: Data, points: Mapping[str, Points | None]) -> Data:
-    """Return the same with points in the place of the fields that hold them."""
+    """Return the same data with points in place of the fields that hold them."""
     found = {k: [dict(t) for t in v] if isinstance(v, list) else v for k, v in data.items()}
     for table in _elements(found):
         if isinstance(table.get(_CHARACTERISTIC), str):
@@ -72,9 +72,9 @@ def _elements(data: Data) -> list[Data]:
 
 
 def under_body(bogie: Data) -> Data:
-    """Return two bogies like the one given, one at each pivot, with the body that stands in it.
+    """Return two bogies like the given one, one at each pivot, with the body given in it.
 
-    Wheelsets are numbered through from the front, frames become ``b1`` and ``b2``; other parts end in
+    Wheelsets are numbered from the front, frames become ``b1`` and ``b2``; other parts end in
     the number of their bogie.
     """
     coach: Data = {}

@@ -112,7 +112,7 @@ class _PapersBogie(ParameterRecord):
 
 @dataclass(frozen=True, kw_only=True)
 class Vehicle(FurtherParts, _PapersBogie):
-    """Parameters of a vehicle: bogie, wheel-rail contact, and what it may have beyond; SI units.
+    """Parameters of a vehicle: bogie, wheel-rail contact, and optional further parts; SI units.
 
     Stiffnesses, dampings and creep coefficients are per side (per axle box, per wheel), as in Table 1
     of the paper; the paper's nonlinear yaw damper is one per wheelset. A vehicle with the fields of the
@@ -180,7 +180,7 @@ class Vehicle(FurtherParts, _PapersBogie):
         super().__post_init__()
         given: Any = self.contact
         conicity, contact = resolved(str(self.name), self.conicity, given)
-        for field in contact.number_fields():  # texts belong to the parts of an assembly
+        for field in contact.number_fields():  # texts are only for the parts of an assembly
             contact.checked(field, getattr(contact, field))
         object.__setattr__(self, "conicity", conicity)
         object.__setattr__(self, "contact", contact)
@@ -200,7 +200,7 @@ class Vehicle(FurtherParts, _PapersBogie):
         """Return a copy with some fields changed.
 
         ``contact`` changes the contact law; the numbers of the present one (``conicity`` of a cone)
-        change by their own names. ``creep_factor``, which is no field, multiplies all four creep
+        change by their own names. ``creep_factor``, which is not a field, multiplies all four creep
         coefficients.
 
         Raises
@@ -231,7 +231,7 @@ class Vehicle(FurtherParts, _PapersBogie):
         return dataclasses.replace(self, **changes)
 
     def _with_contact(self, changes: dict[str, Any]) -> dict[str, Any]:
-        """Return changes in which the numbers of the contact law are changes of the law."""
+        """Return the changes with those of the contact law's numbers made changes of the law."""
         assert self.contact is not None
         law = self.contact if changes.get("contact") is None else contact_law(changes["contact"])
         numbers = {n: v for n, v in changes.items() if n in law.number_fields()}
@@ -265,7 +265,7 @@ class Vehicle(FurtherParts, _PapersBogie):
         return self.parameters_of(self.groups)
 
     def parameters_of(self, groups: Iterable[str]) -> dict[str, float]:
-        """Return the numbers that equations read which have some of the groups of further parts."""
+        """Return the numbers for equations with some of the groups of further parts."""
         numbers = {n: getattr(self, n) for n in (*QUANTITIES, *numbers_of(groups))}
         assert self.contact is not None
         on = (self.wheelbase_curving, self.load_bookkeeping == "printed")
@@ -287,7 +287,7 @@ class Vehicle(FurtherParts, _PapersBogie):
                 continue
             value = getattr(self, f.name)
             if value is None or isinstance(value, ContactLaw):
-                continue  # a part that it lacks; a table of its own, at the end
+                continue  # a part that it lacks; or it has its own table, at the end
             if "table" in f.metadata:
                 value = [list(points) for points in value]
             item = tomlkit.item(value)
@@ -474,7 +474,7 @@ HIGH_SPEED_COACH = TABLE_1.replace(
     lateral_stop_height=0.25,
     wheelbase_curving=True,
 )
-"""A high-speed coach of the kind whose masses Table 1 has; its critical speed lies near the paper's."""
+"""A high-speed coach of the kind in Table 1; its critical speed is near the paper's."""
 
 HIGH_SPEED_COACH_HOLLOW = HIGH_SPEED_COACH.replace(
     name="HIGH_SPEED_COACH_HOLLOW",

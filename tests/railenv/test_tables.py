@@ -103,7 +103,7 @@ def test_inverse_gives_back_what_went_in():
     [
         ([0.0, 0.1, 0.1], [0.0, 1.0, 2.0], "must rise from point to point"),
         ([0.0, 0.1], [0.0, np.nan], "no entry may be NaN"),
-        ([0.0, 0.1], [0.0, 1.0, 2.0], "they must be as many"),
+        ([0.0, 0.1], [0.0, 1.0, 2.0], "they must be equal in number"),
         ([0.0, 0.1], [1.0, 2.0], r"given from \(0, 0\) on"),
         ([0.0, 1e-9, 1.0], [0.0, 1.0, 2.0], "the closest may be"),
     ],

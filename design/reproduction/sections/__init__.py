@@ -21,7 +21,7 @@ from design.reproduction.settings import Settings
 
 
 def first_page(settings: Settings, leading: Sequence[Section] = ()) -> tuple[Section, ...]:
-    """Return the sections of the first page: those that take seconds, behind the leading ones."""
+    """Return the sections of the first page: those that take seconds, after the leading ones."""
     return (
         *leading,
         Claims(settings, whole=False),
@@ -35,7 +35,7 @@ def first_page(settings: Settings, leading: Sequence[Section] = ()) -> tuple[Sec
 def whole_report(
     settings: Settings, further: Sequence[Section] = (), leading: Sequence[Section] = ()
 ) -> tuple[Section, ...]:
-    """Return all sections behind the leading ones, further ones before the vehicles' parameters."""
+    """Return all sections after the leading ones, further ones before the vehicles' parameters."""
     return (
         *leading,
         Claims(settings, whole=True),

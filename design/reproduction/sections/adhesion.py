@@ -1,4 +1,4 @@
-"""Where a curve uses up all adhesion, beside the paper's brackets."""
+"""The adhesion limit of a curve, beside the paper's brackets."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Adhesion(Section):
         self._whole = whole
 
     def pieces(self) -> tuple[Piece, ...]:
-        """Return the simulated diagrams, which tell where hunting ends; none on the first page."""
+        """Return the simulated diagrams, which show where hunting ends; none on the first page."""
         return tuple(pieces.diagram(c, self._settings) for c in CASES) if self._whole else ()
 
     def text(self, data: Data) -> Markup:

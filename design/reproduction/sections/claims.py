@@ -18,7 +18,7 @@ from design.reproduction.section import Data, DataTable, Section
 from design.reproduction.settings import Settings
 from design.reproduction.store import Piece
 
-WORDS = {"agrees": "agrees", "differs": "differs", "open": "cannot be told"}
+WORDS = {"agrees": "agrees", "differs": "differs", "open": "cannot be decided"}
 
 _MEANING = (
     "The first vehicle is the paper's Table 1, with each load carried once; the second carries the "
@@ -38,7 +38,7 @@ class Claims(Section):
         self._whole = whole
 
     def pieces(self) -> tuple[Piece, ...]:
-        """Return what the claims are judged by."""
+        """Return the pieces for the claims."""
         further = (*further_pieces(self._settings), *body_pieces()) if self._whole else ()
         return (*first_pieces(), *creep_pieces(), *further)
 

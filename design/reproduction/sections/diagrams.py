@@ -25,7 +25,7 @@ _FIGURES = {"bogie": "Fig 10", "dual_wheelset": "Fig 11"}
 
 
 class Diagrams(Section):
-    """What simulation ends in, over speed and curve radius."""
+    """Final motions of simulations, over speed and curve radius."""
 
     key = "diagrams"
     title = "Bifurcation diagrams by simulation (Figs 10 and 11)"
@@ -38,7 +38,7 @@ class Diagrams(Section):
         return tuple(pieces.diagram(case, self._settings) for case in CASES)
 
     def text(self, data: Data) -> Markup:
-        """Return where hunting is found."""
+        """Return the text and the table of hunting speeds."""
         rows = [
             (
                 case.title,

@@ -1,4 +1,4 @@
-"""What the paper could not show: unstable limit cycles, folds, and the kind of each Hopf point."""
+"""Results beyond the paper: unstable limit cycles, folds, and the kind of each Hopf point."""
 
 from __future__ import annotations
 

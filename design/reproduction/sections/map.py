@@ -1,4 +1,4 @@
-"""Where a vehicle never hunts, may hunt and must hunt, over the conicity of its wheels."""
+"""Map of where a vehicle never, may and must hunt, over the conicity of its wheels."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ class Motions(Section):
         return tuple(pieces.motion(case, speed) for _, case, speed in _shown())
 
     def text(self, data: Data) -> Markup:
-        """Return how every motion ends."""
+        """Return the ends of all motions."""
         rows = [
             (figure, case.title, f"{speed:g} m/s", describe(_found(data, case, speed), case))
             for figure, case, speed in _shown()

@@ -19,7 +19,7 @@ from design.reproduction.store import Piece
 
 _TABLE_1 = tuple(case for case in CASES if case.vehicle.name == "TABLE_1")
 HEADER = ("judged by", "speeds in", "readings", *(f"{MODEL_TITLES[m]} alone" for m in MODELS), "both")
-"""Of the table of counts."""
+"""Headings of the table of counts."""
 
 _JUDGED = {
     "eigenvalues": "eigenvalues at the equilibria",
@@ -28,7 +28,7 @@ _JUDGED = {
 
 
 class Readings(Section):
-    """Which reading of the paper gives the paper's numbers? None that was searched."""
+    """The search for a reading that gives the paper's numbers, which found none."""
 
     key = "readings"
     title = "Is there a reading of the print that gives the paper's speeds?"
@@ -41,7 +41,7 @@ class Readings(Section):
         return tuple(pieces.critical_speeds(case) for case in _TABLE_1)
 
     def text(self, data: Data) -> Markup:
-        """Return what was searched and found, and what speaks against a misprint at all."""
+        """Return the search, its results, and the arguments against any misprint."""
         found = results()
         evidence = Evidence(data, self._settings)
         counts = fragment(
@@ -82,7 +82,7 @@ class Readings(Section):
 
 
 def rows(found: dict[str, Any]) -> list[tuple[str, ...]]:
-    """Return how many readings put each model, and both, into the paper's brackets."""
+    """Return the numbers of readings that put each model, and both, into the paper's brackets."""
     return [
         (
             _JUDGED[name],

@@ -1,4 +1,4 @@
-"""What the paper's simplifications cost: contact, body at rest, and straight axles on a curve."""
+"""The cost of the paper's simplifications: contact, body at rest, and straight axles on a curve."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ _READINGS = (
     ("without_curving", "curve without wheelbase curving", "s"),
     ("with_curving", "curve with wheelbase curving", "^"),
 )
-"""Field of a case, what to call it, and its mark."""
+"""Field of a case, its label, and its mark."""
 
 HEADER = ("contact", "body", *(words for _, words, _ in _READINGS), "mode lost")
-"""Of the table."""
+"""Headings of the table."""
 
 _COLORS = {"at rest": SERIES[0], "moving": SERIES[1]}
 
@@ -46,11 +46,11 @@ class Simplifications(Section):
     title = "What the simplifications cost"
 
     def pieces(self) -> tuple[Piece, ...]:
-        """Return nothing: the cases were computed ahead, since whole coaches compile for minutes."""
+        """Return no pieces: the cases were computed ahead, since coaches compile for minutes."""
         return ()
 
     def text(self, data: Data) -> Markup:
-        """Return what was simplified, and the table."""
+        """Return the simplifications and the table."""
         found = results()
         linear = CONTACTS[LINEAR]
         assert isinstance(linear, LinearProfile)
@@ -146,7 +146,7 @@ def _summary(first: Simplified, last: Simplified) -> str:
 
 
 def _shares(found: tuple[Simplified, ...]) -> list[str]:
-    """Return what each simplification alone changes, at its least and at its most."""
+    """Return the least and the largest change by each simplification alone."""
     body = [
         of(found, name, "moving").tangent / of(found, name, "at rest").tangent - 1.0
         for name in CONTACTS

@@ -21,7 +21,7 @@ class Vehicles(Section):
     title = "Parameters (Table 1)"
 
     def pieces(self) -> tuple[Piece, ...]:
-        """Return nothing: the vehicles are no result."""
+        """Return no pieces: the vehicles are not results."""
         return ()
 
     def text(self, data: Data) -> Markup:
@@ -46,7 +46,7 @@ class Vehicles(Section):
 
 
 def _fields() -> list[FieldDescription]:
-    """Return the fields that bogies as the paper's have."""
+    """Return the fields of bogies like the paper's."""
     left_out = {"name", "provenance", "overturning", *(f.name for f in describe(FurtherParts))}
     return [f for f in describe(Vehicle) if f.name not in left_out]
 

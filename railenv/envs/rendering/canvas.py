@@ -34,16 +34,16 @@ class Canvas:
 
         self._draw = pygame.draw
         self._stroke = load_pictures().stroke
-        # Surface and array are the same memory: red, green, blue and a byte that is not looked at.
+        # Surface and array share memory: red, green, blue and an unused byte.
         self.array: NDArray[np.uint32] = np.zeros((size[1], size[0]), dtype=np.uint32)
         self.surface = pygame.image.frombuffer(self.array.data.cast("B"), size, "RGBX")
         self.scale = scale
         self.origin = origin
 
     def pixels(self, points: Iterable[complex] | NDArray[np.complex128]) -> list[Any]:
-        """Return points in pixels, pairs of integers; an array gives a list in lists of its shape.
+        """Return points in pixels, as pairs of integers; an array gives nested lists of its shape.
 
-        Those far outside are brought to where integers suffice.
+        Points far outside are moved to where integers suffice.
         """
         scale, x, y = self.scale, self.origin.real, self.origin.imag
         if isinstance(points, np.ndarray):
@@ -65,7 +65,7 @@ class Canvas:
         edge: Colour | None = None,
         width: float = 1.0,
     ) -> None:
-        """Draw a filled polygon, its edge, or both; the width is that of the edge."""
+        """Draw a filled polygon, its edge, or both; ``width`` is that of the edge."""
         pixels = self.pixels(points)
         if fill is not None:
             self._draw.polygon(self.surface, fill, pixels)
@@ -115,7 +115,7 @@ class Canvas:
             self._draw.line(self.surface, colour, a, b, self.thickness(1.0))
 
     def curve(self, x: NDArray[np.float64], y: NDArray[np.float64], colour: Colour) -> None:
-        """Draw a smooth line, not quite two units thick, through more than one point."""
+        """Draw a smooth line, just under two units thick, through more than one point."""
         if len(x) < 2:
             return
         px = (x - self.origin.real) * self.scale

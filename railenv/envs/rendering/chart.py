@@ -39,16 +39,16 @@ class Axes(NamedTuple):
     every: float
 
     def x(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return where instants stand."""
+        """Return the places of instants."""
         return self.box.right + (time - self.now) / self.window * self.box.width
 
     def y(self, value: Any) -> Any:
-        """Return where values stand, those beyond the limit at the edge."""
+        """Return the places of values; those beyond the limit are at the edge."""
         return self.box.centre.imag - np.clip(value / self.limit, -1.0, 1.0) * self.box.height / 2.0
 
 
 class Scales(NamedTuple):
-    """What stays the same from frame to frame: the diagrams, their scales and the clearance (mm)."""
+    """The constant parts of the frames: the diagrams, their scales and the clearance (mm)."""
 
     upper: Axes
     lower: Axes | None
@@ -57,7 +57,7 @@ class Scales(NamedTuple):
 
     @classmethod
     def of(cls, scene: Scene) -> Scales:
-        """Return those into which a scene's history fits."""
+        """Return the scales into which a scene's history fits."""
         history = scene.history
         span = float(history.time[-1] - history.time[0]) if len(history.time) else 0.0
         window, every = next((w for w in _WINDOWS if w[0] >= span - 1e-9), (span, span / 5.0))
@@ -75,7 +75,7 @@ class Scales(NamedTuple):
 
 
 def draw_chart(page: Page, scene: Scene) -> None:
-    """Draw displacements, and below them the actions where there are actuators."""
+    """Draw displacements, and below them the actions if there are actuators."""
     history = scene.history
     scales = Scales.of(scene)
     page.kept(CHART, scales, partial(_draw_still, page, scales))
@@ -153,7 +153,7 @@ def _draw_action(page: Page, axes: Axes, history: History) -> None:
 def trace(
     axes: Axes, time: NDArray[np.float64], value: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return a signal on the page; of a long one the extremes in every column, which scroll along."""
+    """Return a signal on the page; for a long one, the extremes in every column, which scroll along."""
     columns = int(axes.box.width / 2.0)
     if len(time) > 2 * columns:
         column = np.floor(time * (columns / axes.window))

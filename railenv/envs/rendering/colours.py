@@ -1,4 +1,4 @@
-"""Colours of the frames, those of the package's figures among them."""
+"""Colours of the frames, including those of the package's figures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The leading wheelset on its rails, what stands on it, and the clearances of both end wheelsets."""
+"""The leading wheelset on its rails, the bodies above it, and the clearances of both end wheelsets."""
 
 from __future__ import annotations
 
@@ -65,18 +65,18 @@ class Front:
         return max(-0.3, min(0.3, self.scene.exaggeration * beyond))
 
     def track(self, points: Iterable[complex]) -> list[complex]:
-        """Return the page's points of points on the track; rails' tops are at height 0."""
+        """Return points of the track on the page; the tops of the rails are at height 0."""
         return [self.origin - (z * self.tilt).real - 1j * (z * self.tilt).imag for z in points]
 
     def wheelset(self, points: Iterable[complex]) -> list[complex]:
-        """Return the page's points of points on the wheelset, whose axle is at height 0."""
+        """Return points of the wheelset on the page; its axle is at height 0."""
         turn = cmath.exp(1j * self.roll)
         lift = self.gauge * abs(self.roll - _FRONT_CONE * self.offset / self.gauge)
         centre = complex(self.offset, self.radius + lift)
         return self.track(z * turn + centre for z in points)
 
     def above(self, i: int, height: float, points: Iterable[complex]) -> list[complex]:
-        """Return the page's points of points on a frame or body whose centre is at a height.
+        """Return points on the page, from points on a frame or body whose centre is at a height.
 
         Its steady shift and roll are drawn as they are, the motion about them larger.
         """
@@ -185,7 +185,7 @@ def _draw_wheel_section(canvas: Canvas, front: Front, side: float) -> None:
 
 
 def show_front(page: Page, scene: Scene) -> None:
-    """Draw the view, over it what it shows, and below it the clearances of both end wheelsets."""
+    """Draw the view, its heading above, and the clearances of both end wheelsets below."""
     which = "leading wheelset" if len(scene.wheelsets) > 1 else "wheelset"
     if any(outline.kind == "body" for outline in scene.outlines):
         which = "leading bogie"

@@ -36,7 +36,7 @@ def draw_header(page: Page, scene: Scene) -> None:
 
 
 def _draw_cells(page: Page, cells: list[_Cell]) -> None:
-    """Write all but the time, which is another in each frame."""
+    """Write all cells except the time, which differs in each frame."""
     x = HEADER.left
     for width, caption, value, note, colour in cells:
         page.text(caption, complex(x, HEADER.top), 11, LABEL, width=width - 12)

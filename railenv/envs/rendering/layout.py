@@ -1,4 +1,4 @@
-"""Where things stand on the page, which measures 960 by 600 units whatever the picture's size."""
+"""Layout of the page, which measures 960 by 600 units whatever the picture's size."""
 
 from __future__ import annotations
 

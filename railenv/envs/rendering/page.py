@@ -56,9 +56,9 @@ class Page:
         self.surface.fill(WHITE, self._area(box))
 
     def kept(self, box: Box, key: Hashable, draw: Callable[[], None]) -> None:
-        """Clear a box and draw into it what stays the same as long as the key does.
+        """Clear a box and draw content that is constant as long as the key is the same.
 
-        With the key of the frame before, it is only put back.
+        If the key is that of the last frame, the box is only restored.
         """
         if box not in self._kept or self._kept[box][0] != key:
             area = self._area(box)

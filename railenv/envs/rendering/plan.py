@@ -33,7 +33,7 @@ from railenv.envs.rendering.scene import TANGENT, Outline, Scene, touching
 from railenv.envs.rendering.text import number
 
 GROUND_SLOWDOWN = 20.0
-"""The sleepers pass this many times slower than in reality, where they would blur."""
+"""The sleepers pass this many times slower than in reality, so that they do not blur."""
 
 _SLEEPER_SPACING = 0.6
 _BEND_CURVATURE = 5e-4
@@ -42,11 +42,11 @@ _LEAST_HALF_GAUGE = 34.0  # a longer vehicle is drawn narrower than that, but no
 _PLAN_BEND = 60.0
 
 _Pose = Callable[[Iterable[complex]], list[complex]]
-"""From a body's own points (forward + left * 1j, in page units) to the page."""
+"""A map from a body's own points (forward + left * 1j, in page units) to the page."""
 
 
 class Plan:
-    """Plan view: from track coordinates (along and to the left, in page units) to the page."""
+    """Plan view: maps track coordinates (along and to the left, in page units) to the page."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
@@ -64,7 +64,7 @@ class Plan:
         self.bend = _PLAN_BEND * k / (abs(k) + _BEND_CURVATURE)
 
     def track(self, along: Any, left: Any) -> Any:
-        """Return the page's points of some track coordinates."""
+        """Return the points on the page of track coordinates."""
         return self._track(along, left, self.heading(along))
 
     def _track(self, along: Any, left: Any, heading: Any) -> Any:
@@ -91,7 +91,7 @@ class Plan:
         return self._turned(self._track(along, self.lateral * y, heading), heading, yaw)
 
     def pose_on_chord(self, ends: tuple[float, float], y: float, yaw: float) -> _Pose:
-        """Return the same map of a body that stands on two places of a bent track."""
+        """Return the same map for a body that stands on two places of a curved track."""
         first, last = (self.track(along, 0.0) for along in ends)
         heading = (last - first).conjugate() / abs(last - first)
         centre = (first + last) / 2.0 + (1j * heading * self.lateral * y).conjugate()
@@ -104,7 +104,7 @@ class Plan:
 
 
 def draw_plan(canvas: Canvas, scene: Scene) -> None:
-    """Draw track, wheelsets, frames, other bodies, and pale their equilibrium."""
+    """Draw track, wheelsets, frames, other bodies, and, paler, their equilibrium."""
     plan = Plan(scene)
     _draw_ground(canvas, plan)
     along = np.linspace(-1.2 * plan.reach, 1.2 * plan.reach, 33)
@@ -180,7 +180,7 @@ def _body_pose(plan: Plan, at: float, i: int) -> _Pose:
 
 
 def _draw_treads(canvas: Canvas, plan: Plan, at: float, i: int, colour: Colour) -> None:
-    """Draw the treads, which lie below the rails in the picture so that these stay visible."""
+    """Draw the treads, below the rails in the picture so that these stay visible."""
     place = _body_pose(plan, at, i)
     for side in (1.0, -1.0):
         _, face, outer, half = _wheel(plan, side)
@@ -232,8 +232,8 @@ def _draw_frame(canvas: Canvas, plan: Plan, i: int, outline: Outline) -> None:
 def _draw_body(canvas: Canvas, plan: Plan, i: int, outline: Outline) -> None:
     """Draw the edge of a body above the frames, which would hide everything if it were filled.
 
-    It stands on the outermost frames. Its steady shift on its springs is drawn as it is, since
-    that would be metres if it were drawn larger like the motion about it.
+    It stands on the outermost frames. Its steady shift on its springs is drawn to scale, since it
+    would be metres if it were enlarged like the motion about it.
     """
     half = plan.scale * outline.half_length + 48.0
     edge = _rectangle(half, -2.0 * plan.gauge, 2.0 * plan.gauge)
@@ -255,7 +255,7 @@ def _draw_body(canvas: Canvas, plan: Plan, i: int, outline: Outline) -> None:
 
 
 def show_plan(page: Page, scene: Scene) -> None:
-    """Draw the view, around it what it shows, and over it why the vehicle derailed."""
+    """Draw the view, its heading and legend, and over it the reason of a derailment."""
     page.kept(PLAN_ABOVE, None, partial(_draw_heading, page))
     key = scene.exaggeration, scene.flange_clearance
     page.kept(PLAN_BELOW, key, partial(_draw_legend, page, *key))
@@ -296,7 +296,7 @@ def _name_outer_rail(page: Page, scene: Scene) -> None:
 
 
 def _draw_banner(page: Page, reason: str) -> None:
-    """Write why the vehicle derailed across the view."""
+    """Write the reason of a derailment across the view."""
     box = Box(PLAN.left, PLAN.top, PLAN.width, 28)
     page.canvas.rectangle(box, ALARM)
     at = complex(box.centre.real, box.top + 5)

@@ -29,7 +29,7 @@ _SHOWING: weakref.WeakSet[Renderer] = weakref.WeakSet()
 
 
 class Renderer:
-    """Draws scenes, into arrays or into a window.
+    """A renderer that draws scenes into arrays or into a window.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a frame shows."""
+"""The content of a frame."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from railenv import checks
 from railenv.errors import ParameterError
 
 TANGENT = 1e-6
-"""1/m; a track of less curvature is drawn and called tangent."""
+"""1/m; track of less curvature is drawn and labelled as tangent."""
 
 _FACTORS = (1.0, 2.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0, 75.0, 100.0)
 
@@ -38,7 +38,7 @@ def _array(name: str, value: ArrayLike, shape: tuple[int | None, ...], meaning: 
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """What the strip chart shows, oldest first.
+    """The content of the strip chart, oldest first.
 
     Parameters
     ----------
@@ -76,12 +76,12 @@ class History:
 
 @dataclass(frozen=True)
 class Outline:
-    """How a body that is no wheelset is drawn.
+    """The outline of a body that is not a wheelset.
 
     Attributes
     ----------
     x : float
-        Place of its centre, m, from the middle of the wheelsets.
+        Place of its centre from the middle of the wheelsets, m.
     half_length : float
         m.
     kind : {"frame", "body"}
@@ -100,7 +100,7 @@ class Outline:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """What one frame shows; SI units.
+    """The content of one frame; SI units.
 
     Parameters
     ----------
@@ -127,8 +127,8 @@ class Scene:
         Places of the wheelsets from their middle, m, falling; two of them, half a wheelbase before and
         behind it, when left out.
     outlines : tuple of Outline, optional
-        How the other bodies are drawn; a frame over both wheelsets, if there is a body for it, when
-        left out.
+        Outlines of the other bodies; when left out, a frame over both wheelsets, if there is a body
+        for it.
 
     Raises
     ------
@@ -186,7 +186,7 @@ class Scene:
         )
 
     def _set_places(self, bodies: NDArray[np.float64]) -> None:
-        """Check where the bodies are, or put them where those of a bogie are."""
+        """Check the places of the bodies, or set those of a bogie."""
         if not self.wheelsets:
             if len(bodies) not in (2, 3):
                 raise ParameterError(
@@ -212,7 +212,7 @@ class Scene:
 
     @cached_property
     def exaggeration(self) -> float:
-        """Factor by which lateral motion and yaw are drawn larger than they are."""
+        """Factor by which lateral motion and yaw are enlarged."""
         room = 0.35 * self.half_gauge / self.flange_clearance
         return max((f for f in _FACTORS if f <= room), default=1.0)
 

@@ -1,4 +1,4 @@
-"""Fonts, and numbers as they are written."""
+"""Fonts, and the text of numbers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def font(pixels: int, bold: bool) -> pygame.font.Font:
-    """Return a font, which is loaded again when pygame was quit since: older ones crash it."""
+    """Return a font, loaded again if pygame has quit since: older ones crash it."""
     import pygame
 
     if not pygame.font.get_init():
@@ -22,7 +22,7 @@ def font(pixels: int, bold: bool) -> pygame.font.Font:
 
 @functools.cache
 def _load_font(pixels: int, bold: bool) -> pygame.font.Font:
-    """Load the font of matplotlib's figures, or pygame's own where that is not installed."""
+    """Load the font of matplotlib's figures, or pygame's own if that is not installed."""
     import matplotlib as mpl
     import pygame
 

@@ -124,7 +124,7 @@ def test_evaluations_survive_their_file(passive, tmp_path):
     json.loads(path.read_text())
     for content in ("", "[1]", '[{"schema": "other"}]', path.read_text()[:-40]):
         path.write_text(content)
-        with pytest.raises(ParameterError, match=r"not a file of evaluations|no evaluation"):
+        with pytest.raises(ParameterError, match=r"not a file of evaluations|not an evaluation"):
             agents.load_evaluations(path)
 
 

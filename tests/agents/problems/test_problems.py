@@ -131,7 +131,7 @@ def test_ratings_are_kept_as_json_and_told_as_tables_and_pictures(rated):
     again = Rating.from_summary(data)
     assert again.summary() == rated.summary()
     assert row(again) == row(rated)
-    with pytest.raises(ParameterError, match="no rating of the layout"):
+    with pytest.raises(ParameterError, match="not a rating of the layout"):
         Rating.from_summary({**data, "schema": "railenv rating 0"})
     assert len(row(rated)) == len(COLUMNS)
     assert markdown([rated]).count("\n") == 3

@@ -318,7 +318,7 @@ def test_what_does_not_belong_together_is_refused(bogie_run):
         railenv.assess(BOGIE, bogie_run).of("Y over Q")
     pendulum = railenv.Model("p", ["a", "b"], [], lambda x, u, v, k, c, p: [x[1], -x[0]], {})
     response = railenv.simulate(pendulum, speed=50.0, duration=6.0)
-    with pytest.raises(ParameterError, match="p tells no forces of wheels and no motion"):
+    with pytest.raises(ParameterError, match="p has no forces of wheels and no motion"):
         railenv.assess(pendulum, response)
     uneven = control.TimeResponseData(
         np.r_[bogie_run.time[:-1], bogie_run.time[-1] + 0.01],

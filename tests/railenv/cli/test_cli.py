@@ -476,7 +476,7 @@ def test_bifurcation_finds_every_branch(tmp_path):
     assert "branch 0, from Hopf at 68.644 m/s" in result.output
     assert drawing.stat().st_size > 1000
     result = CliRunner().invoke(cli.app, ["bifurcation", *options, "--simulated", "3"])
-    assert "--all goes with neither" in str(result.exception)
+    assert "--all cannot be combined with" in str(result.exception)
 
 
 def test_bifurcation_follows_curves_over_a_parameter(tmp_path):
@@ -494,7 +494,7 @@ def test_bifurcation_follows_curves_over_a_parameter(tmp_path):
     result = CliRunner().invoke(cli.app, ["bifurcation", "--curve", "conicity=0.1"])
     assert "name=low:high" in str(result.exception)
     result = CliRunner().invoke(cli.app, ["bifurcation", *options, "--map", "conicity=0.1:0.2:2"])
-    assert "neither --map nor --simulated" in str(result.exception)
+    assert "combined with --map or --simulated" in str(result.exception)
 
 
 def test_a_malformed_map_is_an_error():

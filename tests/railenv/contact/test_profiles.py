@@ -156,8 +156,8 @@ GOOD = "y_mm,z_mm\n" + "\n".join(f"{y},{-(y**2) / 600:.6f}" for y in range(-30, 
 @pytest.mark.parametrize(
     ("name", "text", "given", "message"),
     [
-        ("r.csv", GOOD, {}, "does not tell what it holds"),
-        ("r.csv", GOOD.replace("_mm", ""), {"kind": "rail"}, "does not tell its units"),
+        ("r.csv", GOOD, {}, "does not state its kind of profile"),
+        ("r.csv", GOOD.replace("_mm", ""), {"kind": "rail"}, "does not state its units"),
         ("r.csv", GOOD, {"kind": "track"}, "kind of profile is 'track'"),
         ("r.csv", GOOD, {"kind": "rail", "units": "inch"}, "units is 'inch'"),
         ("r.csv", GOOD.replace("0,-1.5", "0,left"), {"kind": "rail"}, "line 2 is '-30,left'|line"),

@@ -88,7 +88,7 @@ def test_bad_vehicles_are_told(name, content, message):
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("w.csv", b"1,2\n3,4\n", "does not tell its units"),
+        ("w.csv", b"1,2\n3,4\n", "does not state its units"),
         ("w.csv", b"y_mm,z_mm\n1,2\nx,4\n", r"'w\.csv', line 3 is 'x,4'"),
         ("w.exe", b"MZ", "must end in"),
         ("w.prr", b"point.begin\npoint.end\n", "the profile of a rail, not of a wheel"),

@@ -306,7 +306,7 @@ def test_the_diagram_is_shown_as_it_grows(page, branch, monkeypatch):
     assert page._diagram.hopf.data["x"][0] == pytest.approx(116.4739, abs=1e-3)
     assert "design.cycle_branch" in page.code.value
     page.controls.numbers["friction"].value = 0.4
-    assert "follow anew" in page._diagram_note.object
+    assert "follow it anew" in page._diagram_note.object
     assert "design.cycle_branch" not in page.code.value
 
 
