@@ -61,9 +61,13 @@ def _compared(ratings: list[Rating]) -> list[str]:
     best = max(others, key=lambda rating: rating.robust or 0.0)
     runs = zip(best.ride, damped.ride, strict=True)
     calmer = sum(own.wz <= passive.wz for own, passive in runs)
+    robust = best.robust or 0.0
+    times = f"{robust / damped.robust:.2f} times the best passive damper"
+    reached = f"reaches {robust:.1f} m/s, {times}"
+    if robust >= best.highest_speed:
+        reached = f"is stable up to the highest speed tried, {robust:.0f} m/s, {times}"
     return [
-        f"The most robust controller from sensors, `{best.controller}`, reaches {best.robust:.1f} m/s, "
-        f"{(best.robust or 0.0) / damped.robust:.2f} times the best passive damper. Its ride index is "
+        f"The most robust controller from sensors, `{best.controller}`, {reached}. Its ride index is "
         f"at most that damper's in {calmer} of {len(best.ride)} runs on the irregular line."
     ]
 

@@ -54,7 +54,7 @@ if TYPE_CHECKING:
         PRESETS,
     )
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _MODULES = {
     "assessment": ("Assessment", "assess"),

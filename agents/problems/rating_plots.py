@@ -38,5 +38,5 @@ def plot_ratings(ratings: Sequence[Rating], ax: Axes | None = None) -> control.C
         ax.set_xlim(0.0, 1.02 * max(rating.highest_speed for rating in ratings))
         ax.set_xlabel("linear critical speed (m/s)")
         ax.set_title(ratings[0].problem)
-        ax.legend(loc="lower right")
+        ax.legend(loc="upper right")
         return drawn_on(ax)
