@@ -72,8 +72,9 @@ controllers: $(DEVELOPED) ## design, tune and learn the shipped controllers agai
 	for problem in bogie-primary-v1 bogie-both-v1 dual-wheelset-v1; do \
 	  $(BIN)/railenv tune output-feedback --problem $$problem \
 	    --out agents/controllers/data/$$problem/output-feedback.npz; done
-	$(BIN)/railenv tune adaptive-lqg --problem coach-v1 \
-	  --out agents/controllers/data/coach-v1/adaptive-lqg.npz
+	for problem in coach-v1 crh380a-v1; do \
+	  $(BIN)/railenv tune adaptive-lqg --problem $$problem \
+	    --out agents/controllers/data/$$problem/adaptive-lqg.npz; done
 
 reliability: $(DEVELOPED) ## fuzz, damage files, run for hours; docs/reliability.md (15 minutes)
 	$(BIN)/python -m benchmarks.reliability.run
