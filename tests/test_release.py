@@ -46,6 +46,14 @@ def test_every_extra_is_told_of_in_the_readme(name):
     assert f"| `{name}` |" in (ROOT / "README.md").read_text(encoding="utf-8")
 
 
+def test_extras_that_name_others_of_railenv_have_no_marker():
+    """The build takes such extras apart, and what they depend on would lose the marker."""
+    extras = PROJECT["project"]["optional-dependencies"].values()
+    own = [text for extra in extras for text in extra if text.startswith("railenv[")]
+    assert own
+    assert not [text for text in own if ";" in text]
+
+
 def test_every_pinned_package_is_pinned_once_and_covers_what_is_declared():
     lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
     pins = [line for line in lines if line and not line.startswith("#")]
