@@ -57,35 +57,28 @@ def table(runs: Runs, goal: float) -> str:
 
 
 def picture(runs: Runs, goal: float, folder: Path) -> None:
-    """Draw the most robust policy so far over the share of the training, of every method."""
+    """Draw the robust critical speed over the share of the training, of every method."""
     import matplotlib.pyplot as plt
 
     from design.style import SERIES, style
 
     with style():
-        figure, ax = plt.subplots(figsize=(6.4, 3.8), layout="constrained")
+        figure, ax = plt.subplots(figsize=(6.8, 4.0), layout="constrained")
         grid = np.linspace(0.0, 1.0, 101)
-        for (method, name), colour in zip(NAMES.items(), SERIES, strict=False):
-            own = [run for run in runs if run["method"] == method]
-            if not own:
+        for (method, name), colour in zip(NAMES.items(), (*SERIES, "0.45"), strict=True):
+            curves = [np.array(run["curve"]) for run in runs if run["method"] == method]
+            if not curves:
                 continue
-            best = np.array([_best_so_far(run, grid) for run in own])
-            low, middle, high = np.quantile(best, [0.0, 0.5, 1.0], axis=0)
-            ax.plot(grid * 100.0, middle, color=colour, label=name, drawstyle="steps-post")
-            ax.fill_between(grid * 100.0, low, high, color=colour, alpha=0.15, lw=0, step="post")
+            each = np.array([np.interp(grid, c[:, 0] / c[-1, 0], c[:, 1]) for c in curves])
+            low, middle, high = np.quantile(each, [0.0, 0.5, 1.0], axis=0)
+            ax.plot(grid * 100.0, middle, color=colour, label=name)
+            ax.fill_between(grid * 100.0, low, high, color=colour, alpha=0.12, lw=0)
         ax.axhline(goal, color="0.3", lw=0.8, ls="--", label="output feedback (shipped)")
         ax.set_xlabel("share of the training (%)")
-        ax.set_ylabel("robust critical speed, best so far (m/s)")
-        ax.legend(loc="center right")
+        ax.set_ylabel("robust critical speed (m/s)")
+        ax.legend(loc="upper center", bbox_to_anchor=(0.5, 1.2), ncols=3)
         figure.savefig(folder / "methods.png", dpi=110)
         plt.close(figure)
-
-
-def _best_so_far(run: dict[str, Any], grid: np.ndarray) -> np.ndarray:
-    """Return the best judged policy at shares of a training's steps."""
-    curve = np.array(run["curve"])
-    at = np.searchsorted(curve[:, 0] / curve[-1, 0], grid, side="right") - 1
-    return np.maximum.accumulate(curve[:, 1])[np.maximum(at, 0)]
 
 
 if __name__ == "__main__":
