@@ -112,6 +112,10 @@ def shortened(words):
     """Return a command in a form that takes seconds; None where there is none."""
     if words[0] in ("reproduce", "explore") or "--resume" in words:
         return None
+    if words[0] in ("tune", "evaluate") and "--problem" in words:
+        return None  # minutes; tests/railenv/cli/test_problems.py has them
+    if words[0] == "train-through":
+        return [*words, "--evaluations", "1"]
     if words[0] == "train":
         pytest.importorskip("yaml", reason="needs the extra rl")
         return [*words, "--show"]  # reads and checks the recipe

@@ -7,6 +7,7 @@ starts from random weights. This module needs the extra ``rl``.
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -175,6 +176,10 @@ def _checked(model: Equipped, memory: MemorySettings, hidden: Sequence[int]) -> 
     return tuple(checks.whole("width of a hidden layer", width, low=1) for width in hidden)
 
 
+class _Spent(Exception):
+    """All evaluations are done."""
+
+
 @dataclass(frozen=True)
 class _Judged:
     """A policy during training, and its results."""
@@ -254,34 +259,38 @@ class _Path:
         from scipy.optimize import minimize
         from torch.nn.utils import parameters_to_vector
 
-        at = parameters_to_vector(self._network.parameters()).detach().numpy()
+        accepted = parameters_to_vector(self._network.parameters()).detach().numpy()
         with Progress(disable=not progress) as bar:
             task = bar.add_task("training through the simulator", total=evaluations)
 
-            def accepted(intermediate_result: Any) -> None:
-                """Judge the policy after an iteration, if it is time."""
+            def cost(weights: Array) -> tuple[float, Array]:
+                if len(self.costs) == evaluations:  # maxfun is only looked at between line searches
+                    raise _Spent
+                return self._cost(weights)
+
+            def judge(intermediate_result: Any) -> None:
+                """Judge what an iteration has come to, if it is time."""
+                nonlocal accepted
+                accepted = intermediate_result.x.copy()
                 bar.update(task, completed=len(self.costs))
                 if len(self.costs) - self.judged[-1].evaluations >= judge_every:
-                    self._set(intermediate_result.x)
+                    self._set(accepted)
                     self.judged.append(self._judge())
 
+            options = {
+                "maxfun": evaluations + 1,
+                "maxiter": evaluations,
+                "maxcor": _REMEMBERED,
+                "ftol": 0.0,
+                "gtol": 0.0,
+            }
             try:
-                found = minimize(
-                    self._cost,
-                    at,
-                    method="L-BFGS-B",
-                    jac=True,
-                    callback=accepted,
-                    options={
-                        "maxfun": evaluations,
-                        "maxiter": evaluations,
-                        "maxcor": _REMEMBERED,
-                        "ftol": 0.0,
-                        "gtol": 0.0,
-                    },
-                )
+                with contextlib.suppress(_Spent):
+                    minimize(
+                        cost, accepted, method="L-BFGS-B", jac=True, callback=judge, options=options
+                    )
                 if len(self.costs) > self.judged[-1].evaluations:
-                    self._set(found.x)
+                    self._set(accepted)
                     self.judged.append(self._judge())
             except KeyboardInterrupt:
                 pass
