@@ -112,7 +112,6 @@ def _by_returns(algorithm: str) -> Callable[[int], _Trained]:
     return trained
 
 
-MODEL_PERIOD = 0.005
 METHODS: dict[str, Callable[[int], _Trained]] = {
     "through": _through,
     "ppo": _by_returns("ppo"),

@@ -210,6 +210,7 @@ def test_exercises_are_every_vehicle_at_every_speed(coach):
 def test_training_lowers_the_cost_and_repeats_itself(coach):
     keywords = {"exercises": SHORT, "memory": MEMORY, "hidden": (8,), "evaluations": 12}
     first = agents.train_through(coach, judge_every=5, **keywords)
+    assert len(first.costs) <= 12
     assert first.costs[-1] < 0.7 * first.costs[0]
     assert first.judged[0, 0] == 0
     assert first.judged[-1, 0] == len(first.costs)
