@@ -9,6 +9,7 @@ Stable-Baselines3 (extra ``rl``). Other distributions also use the name ``agents
 """
 
 from agents.controllers.adaptive import AdaptiveLQG
+from agents.controllers.adaptive_policy import AdaptivePolicy
 from agents.controllers.controller import Controller, equipped
 from agents.controllers.h_infinity import HInfinity
 from agents.controllers.learned import LearnedPolicy
@@ -41,6 +42,7 @@ __all__ = [
     "LQG",
     "LQR",
     "AdaptiveLQG",
+    "AdaptivePolicy",
     "Aim",
     "Case",
     "Controller",

@@ -211,14 +211,25 @@ class AdaptiveLQG(Controller):
 
     def act(self, observation: Floats) -> Floats:
         """Return commanded moments as shares of the limits."""
+        self.observe(observation)
+        shares = np.clip(np.einsum("cq,cqm->cm", self.likely, self._asked), -1.0, 1.0)
+        self.advance(shares)
+        return np.asarray(shares[0] if self._single else shares)
+
+    def observe(self, observation: Floats) -> None:
+        """Update the likelihoods with an observation.
+
+        Call :meth:`advance` next with the actual commands, which another controller may give.
+        """
         count = None if self._single else len(self.likely)
         rows = observation_rows(observation, count, len(self.readings))
         self._judge(rows * self._scales)
-        asked = np.stack([controller.propose(rows) for controller in self.bank], axis=1)
-        shares = np.clip(np.einsum("cq,cqm->cm", self.likely, asked), -1.0, 1.0)
+        self._asked = np.stack([controller.propose(rows) for controller in self.bank], axis=1)
+
+    def advance(self, shares: Floats) -> None:
+        """Advance by a control period with commands (shares of the limits), shape (count, m)."""
         for controller in self.bank:
             controller.advance(shares)
-        return np.asarray(shares[0] if self._single else shares)
 
     def _judge(self, y: Array) -> None:
         """Compare the filters' predictions with the readings, and update the likelihood of each."""

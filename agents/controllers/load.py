@@ -5,16 +5,17 @@ from __future__ import annotations
 from os import PathLike
 
 from agents.controllers.adaptive import AdaptiveLQG
+from agents.controllers.adaptive_policy import AdaptivePolicy
 from agents.controllers.files import ControllerFile, read, restored
 from agents.controllers.learned import LearnedPolicy
 from agents.controllers.linear_kinds import LINEAR
 from agents.controllers.scheduled import ScheduledController
 
-Loaded = ScheduledController | LearnedPolicy | AdaptiveLQG
+Loaded = ScheduledController | LearnedPolicy | AdaptiveLQG | AdaptivePolicy
 """Controllers that files hold."""
 
-_KINDS: list[type[ScheduledController] | type[LearnedPolicy] | type[AdaptiveLQG]] = sorted(
-    (*LINEAR, LearnedPolicy, AdaptiveLQG), key=lambda kind: kind.__name__
+_KINDS: tuple[type[Loaded], ...] = tuple(
+    sorted((*LINEAR, LearnedPolicy, AdaptiveLQG, AdaptivePolicy), key=lambda kind: kind.__name__)
 )
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
 from agents.controllers.memory import BY_SPEED, Memory
 
@@ -32,7 +33,7 @@ class Cancelled:
     matrix: Array
 
 
-def cancelled(memory: Memory, *, even: bool = False, commands: bool = True) -> Cancelled:
+def cancelled(memory: Memory, *, even: bool = False, commands: bool = True, told: int = 0) -> Cancelled:
     """Return the inputs of a policy with weights, such that steady readings cancel.
 
     Parameters
@@ -42,6 +43,8 @@ def cancelled(memory: Memory, *, even: bool = False, commands: bool = True) -> C
         Whether inputs unchanged by the mirror, such as the speed, are read too.
     commands : bool
         Whether the policy's own commands are read.
+    told : int
+        Number of inputs after those of readings and memory, which are all read.
     """
     signs, width = memory.signs, len(memory.readings)
     names = [*(reading.name for reading in memory.readings), *memory.names]
@@ -62,5 +65,5 @@ def cancelled(memory: Memory, *, even: bool = False, commands: bool = True) -> C
             used[own[0] if own else direct] = False
             if own:  # the slowest filter cancels the steady part of the others
                 matrix[own[0], [direct, *own[1:]]] = -1.0
-    free = np.flatnonzero(used)
-    return Cancelled(free, matrix[:, free])
+    free = np.concatenate([np.flatnonzero(used), len(used) + np.arange(told)])
+    return Cancelled(free, block_diag(matrix, np.eye(told))[:, free])

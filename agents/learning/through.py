@@ -16,6 +16,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from agents.controllers.adaptive_policy import AdaptivePolicy, told_inputs
 from agents.controllers.controller import Controller
 from agents.controllers.learned import LearnedPolicy
 from agents.controllers.memory import Memory
@@ -87,8 +88,8 @@ class OddNetwork(nn.Module):
 class _Recorder(Controller):
     """A policy that records the inputs and outputs of its network."""
 
-    def __init__(self, frame: LearnedPolicy) -> None:
-        self.frame = frame
+    def __init__(self, frame: LearnedPolicy | AdaptivePolicy, told: Array) -> None:
+        self.frame, self.told = frame, told
         self.period = frame.period
         self.network = frame.network
         self.memory = Memory(frame.memory, frame.readings, frame.commands, frame.period)
@@ -103,7 +104,7 @@ class _Recorder(Controller):
     def act(self, observation: NDArray[np.floating[Any]]) -> Array:
         """Return the commands, and keep them."""
         rows = np.asarray(observation, dtype=np.float32)
-        inputs = np.concatenate([rows, self.memory.features(rows)], axis=1, dtype=float)
+        inputs = np.concatenate([rows, self.memory.features(rows), self.told], axis=1, dtype=float)
         shares = self.network(inputs)
         self.memory.advance(shares)
         self.inputs.append(inputs)
@@ -117,8 +118,9 @@ class Runs:
     Parameters
     ----------
     model : Equipped
-    frame : LearnedPolicy
-        Policy whose readings, commands and memory are those of all policies.
+    frame : LearnedPolicy or AdaptivePolicy
+        Policy whose readings, commands and memory are those of all policies. One with an identifier is
+        told the true numbers of each case's vehicle.
     cases : sequence of Case
     track : Track
     horizon : int
@@ -136,7 +138,7 @@ class Runs:
     def __init__(
         self,
         model: Equipped,
-        frame: LearnedPolicy,
+        frame: LearnedPolicy | AdaptivePolicy,
         cases: Sequence[Case],
         track: Track,
         horizon: int,
@@ -145,7 +147,7 @@ class Runs:
         nudges: Array,
         weight: float = 1.0,
     ) -> None:
-        self._recorder = _Recorder(frame)
+        self._recorder = _Recorder(frame, _told(frame, cases))
         self._rollout = Rollout(model, self._recorder, cases, track)
         fleet = self._rollout.fleet
         for i, nudge in enumerate(nudges):
@@ -225,9 +227,10 @@ class Runs:
         self, states: Array, inputs: Array, shares: Array, gains: Array, by_states: Array
     ) -> Array:
         """Return the derivatives of the cost by every command's share."""
-        width = self._Fy.shape[2]
-        by_memory = gains[..., width:] @ self._Fs  # command by memory's state
-        by_reading = gains[..., :width] + gains[..., width:] @ self._Fy
+        features, width = self._Fy.shape[1:]
+        by_feature = gains[..., width : width + features]
+        by_memory = by_feature @ self._Fs  # command by memory's state
+        by_reading = gains[..., :width] + by_feature @ self._Fy
         within = np.abs(inputs[..., :width]) < BOUND
         found = 2.0 * self._effort * shares / shares.size
         state = by_states[-1]
@@ -262,5 +265,13 @@ def _sizes(model: Equipped, cases: Sequence[Case]) -> Array:
     return sizes
 
 
-def _signals(frame: LearnedPolicy, speed: float) -> Array:
+def _told(frame: LearnedPolicy | AdaptivePolicy, cases: Sequence[Case]) -> Array:
+    """Return the inputs that tell a policy the vehicle of each case; none without an identifier."""
+    if isinstance(frame, LearnedPolicy):
+        return np.zeros((len(cases), 0))
+    numbers = {name: np.array([case.vehicle[name] for case in cases]) for name in frame.told}
+    return told_inputs(frame.identifier.vehicles, numbers)
+
+
+def _signals(frame: LearnedPolicy | AdaptivePolicy, speed: float) -> Array:
     return np.array([speed if r.signal == "speed" else 0.0 for r in frame.readings])

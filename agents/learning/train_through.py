@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -17,10 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 import design
+from agents.controllers.adaptive import AdaptiveLQG
+from agents.controllers.adaptive_policy import AdaptivePolicy
 from agents.controllers.learned import LearnedPolicy
 from agents.controllers.memory import Memory, MemorySettings
 from agents.controllers.scheduled import CONTROL_PERIOD, readings_of
-from agents.controllers.service import CONICITY, WEAR, vehicles_of_service
+from agents.controllers.service import CONICITY, WEAR, varied, vehicles_of_service
 from agents.evaluation.rollout import Track
 from agents.learning.exercises import Exercises
 from railenv import Equipped, checks
@@ -53,18 +55,19 @@ class Descent:
 
     Attributes
     ----------
-    policy : LearnedPolicy
+    policy : LearnedPolicy or AdaptivePolicy
         The most robust policy judged.
-    last : LearnedPolicy
+    last : LearnedPolicy or AdaptivePolicy
     costs : ndarray, shape (evaluations,)
         Costs of all policies run, including those of line searches; see :class:`Exercises`.
     judged : ndarray, shape (n_judged, 3)
         Evaluations and environment steps until then, and the lowest critical speed (m/s) of 27
         vehicles of service, 0 if one is unstable at 20 m/s. The first is the policy of random weights.
+        A policy with an identifier is told the true vehicle here.
     """
 
-    policy: LearnedPolicy
-    last: LearnedPolicy
+    policy: LearnedPolicy | AdaptivePolicy
+    last: LearnedPolicy | AdaptivePolicy
     costs: Array
     judged: Array
 
@@ -92,6 +95,7 @@ def train_through(
     *,
     exercises: Exercises | None = None,
     memory: MemorySettings | None = None,
+    identifier: AdaptiveLQG | None = None,
     hidden: Sequence[int] = (32,),
     evaluations: int = 300,
     judge_every: int = 25,
@@ -115,8 +119,11 @@ def train_through(
     exercises : Exercises, optional
     memory : MemorySettings, optional
         Memory without history and past commands; ``MEMORY`` when left out.
+    identifier : AdaptiveLQG, optional
+        Bank of filters for this model. With it the policy adapts: it is told the numbers in which the
+        bank's vehicles differ, in training the true ones, later the identifier's estimates.
     hidden : sequence of int
-        Widths of the network's hidden layers; none for a linear policy.
+        Widths of the network's hidden layers; none for a linear policy, which cannot be told anything.
     evaluations : int
         Largest number of runs of all exercises, each with its gradient.
     judge_every : int
@@ -139,6 +146,8 @@ def train_through(
     todo = Exercises() if exercises is None else exercises
     kept = MEMORY if memory is None else memory
     widths = _checked(model, kept, hidden)
+    if identifier is not None:
+        _check_identifier(model, identifier, todo, widths, period)
     checks.whole("evaluations", evaluations)
     checks.whole("judge_every", judge_every)
     checks.whole("seed", seed, low=0)
@@ -149,7 +158,7 @@ def train_through(
         "seed": seed,
     }
     with one_blas_thread():
-        path = _Path(model, todo, kept, widths, seed, period)
+        path = _Path(model, todo, kept, identifier, widths, seed, period)
         path.run(evaluations, judge_every, progress)
     about |= {"evaluations": len(path.costs), "judged": path.curve}
     best, last = max(path.judged, key=lambda row: row.robust), path.judged[-1]
@@ -176,6 +185,41 @@ def _checked(model: Equipped, memory: MemorySettings, hidden: Sequence[int]) -> 
     return tuple(checks.whole("width of a hidden layer", width, low=1) for width in hidden)
 
 
+def _check_identifier(
+    model: Equipped,
+    identifier: AdaptiveLQG,
+    exercises: Exercises,
+    hidden: tuple[int, ...],
+    period: float,
+) -> None:
+    """Raise ParameterError unless the identifier fits the model and the exercises."""
+    if not isinstance(identifier, AdaptiveLQG):
+        raise ParameterError(f"identifier is {shown(identifier)}; it must be an agents.AdaptiveLQG")
+    if not hidden:
+        raise ParameterError(
+            "hidden is empty; a policy with an identifier needs a hidden layer, because a linear one "
+            "cannot change its gains with what it is told"
+        )
+    same = (
+        identifier.readings == readings_of(model, "sensors", period)
+        and identifier.commands == tuple(model.command_names)
+        and abs(identifier.period - period) < 1e-9 * period
+    )
+    if not same:
+        raise ParameterError(
+            f"the identifier reads {[r.name for r in identifier.readings]} and follows "
+            f"{list(identifier.commands)} every {identifier.period:g} s; it must be designed for "
+            f"{model.name}, with the readings and commands of this vehicle every {period:g} s"
+        )
+    told, differ = list(identifier.vehicles[0]), varied(model, dict(exercises.ranges))
+    missing = [name for name in told if name not in differ]
+    if missing:
+        raise ParameterError(
+            f"the identifier estimates {', '.join(told)}, but {', '.join(missing)} does not differ in "
+            f"the exercises; they vary {', '.join(differ)}"
+        )
+
+
 class _Spent(Exception):
     """All evaluations are done."""
 
@@ -187,7 +231,7 @@ class _Judged:
     evaluations: int
     steps: int
     robust: float
-    policy: LearnedPolicy
+    policy: LearnedPolicy | AdaptivePolicy
 
 
 class _Path:
@@ -198,6 +242,7 @@ class _Path:
         model: Equipped,
         exercises: Exercises,
         memory: MemorySettings,
+        identifier: AdaptiveLQG | None,
         hidden: tuple[int, ...],
         seed: int,
         period: float,
@@ -208,13 +253,15 @@ class _Path:
         from agents.learning.through import OddNetwork
 
         self._model, self._memory, self._period = model, memory, period
+        self._identifier = identifier
         self._readings = tuple(readings_of(model, "sensors", period))
         inner = Memory(memory, self._readings, model.command_names, period)
+        told = 0 if identifier is None else len(identifier.vehicles[0])
         with torch.random.fork_rng(devices=[]):  # the caller's own random numbers stay as they are
             torch.manual_seed(seed)
             self._network = OddNetwork(
-                cancelled(inner, even=bool(hidden), commands=False),
-                inner.signs,
+                cancelled(inner, even=bool(hidden), commands=False, told=told),
+                np.concatenate([inner.signs, np.ones(told)]),
                 hidden,
                 len(model.command_names),
             )
@@ -241,8 +288,10 @@ class _Path:
             groups.append(Runs(model, frame, cases, track, periods, *asked, nudges, weight))
         return groups
 
-    def _policy(self) -> LearnedPolicy:
+    def _policy(self) -> LearnedPolicy | AdaptivePolicy:
         """Return the present policy."""
+        if self._identifier is not None:
+            return AdaptivePolicy(self._network.plain(), self._identifier, self._memory)
         return LearnedPolicy(
             self._network.plain(),
             self._readings,
@@ -320,7 +369,7 @@ class _Path:
         """Record the lowest critical speed of all vehicles of service under the present policy."""
         policy, lowest, worst = self._policy(), HIGHEST_SPEED, 0
         for i, changes in enumerate(self._vehicles):
-            speed = _stable_up_to(self._model.replace(**changes), policy, lowest)
+            speed = _stable_up_to(self._model.replace(**changes), _knowing(policy, changes), lowest)
             if speed < lowest:
                 lowest, worst = speed, i
         # first at the next time, since it is likely to limit the search for the others
@@ -331,6 +380,13 @@ class _Path:
     def curve(self) -> list[list[float]]:
         """Evaluations, steps and robust critical speed (m/s) of each judged policy."""
         return [[row.evaluations, row.steps, row.robust] for row in self.judged]
+
+
+def _knowing(policy: LearnedPolicy | AdaptivePolicy, changes: Mapping[str, float]) -> LearnedPolicy:
+    """Return the policy for a known vehicle."""
+    if isinstance(policy, LearnedPolicy):
+        return policy
+    return policy.knowing({name: changes[name] for name in policy.told})
 
 
 def _stable_up_to(vehicle: Equipped, policy: LearnedPolicy, highest: float) -> float:
