@@ -72,6 +72,7 @@ controllers: $(DEVELOPED) ## design, tune and learn the shipped controllers agai
 	for problem in bogie-primary-v1 bogie-both-v1 dual-wheelset-v1; do \
 	  $(BIN)/railenv tune output-feedback --problem $$problem \
 	    --out agents/controllers/data/$$problem/output-feedback.npz; done
+	$(BIN)/railenv tune lqg --problem coach-v1 --out agents/controllers/data/coach-v1/lqg.npz
 	for problem in coach-v1 crh380a-v1; do \
 	  $(BIN)/railenv tune adaptive-lqg --problem $$problem \
 	    --out agents/controllers/data/$$problem/adaptive-lqg.npz; done

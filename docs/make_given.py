@@ -65,7 +65,7 @@ def vehicles(law: Any) -> str:
         return f"{len(goal['vehicles'])}"
     if "conicities" in goal:
         return f"{len(goal['conicities']) * len(goal['creep_factors'])}"
-    return "the nominal one"
+    return f"one, conicity {about['conicity']:g}" if "conicity" in about else "the nominal one"
 
 
 def spent(law: Any) -> str:

@@ -116,8 +116,10 @@ ROUGHER = Disturbances(alignment=5e-4)
 
 def _nominal_coach(model: Equipped) -> Controller:
     """Design an LQG for nearly new wheels, for which it must damp the body."""
-    nearly_new = model.replace(conicity=0.1)
-    return LQG.design(nearly_new, speeds=COACH_SCHEDULE, disturbances=ROUGHER)
+    conicity = 0.1
+    law = LQG.design(model.replace(conicity=conicity), speeds=COACH_SCHEDULE, disturbances=ROUGHER)
+    law.about["conicity"] = conicity
+    return law
 
 
 def _adaptive(model: Equipped, conicities: Sequence[float], speeds: Sequence[float]) -> Controller:

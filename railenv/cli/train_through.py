@@ -21,6 +21,10 @@ def train_through(
     problem: Annotated[
         str | None, typer.Option(help="Problem of railenv evaluate, in place of a vehicle.")
     ] = None,
+    identifier: Annotated[
+        Path | None,
+        typer.Option(help="Adaptive LQG (npz) whose estimates the policy is told, so that it adapts."),
+    ] = None,
     plot: PlotOption = None,
     plant: ControlledVehicleOptions,
     changes: SetOption = None,
@@ -33,13 +37,16 @@ def train_through(
     model = model_of(plant, changes) if problem is None else problems.problem(problem).model()
     bar = Console(stderr=True).is_terminal
     equipped = agents.equipped(model)
-    done = agents.train_through(equipped, evaluations=evaluations, seed=seed, progress=bar)
+    told = None if identifier is None else agents.AdaptiveLQG.load(identifier)
+    done = agents.train_through(
+        equipped, identifier=told, evaluations=evaluations, seed=seed, progress=bar
+    )
     done.policy.save(file)
     if plot is not None:
         save(done.plot(), plot, as_json)
     if as_json:
-        told = {"file": str(file), "steps": done.steps, "judged": done.judged.tolist()}
-        print_json(told)
+        found = {"file": str(file), "steps": done.steps, "judged": done.judged.tolist()}
+        print_json(found)
         return
     out.print(str(done), highlight=False, soft_wrap=True)
     out.print(f"wrote {file}", markup=False, highlight=False, soft_wrap=True)

@@ -174,6 +174,56 @@ def test_gradient_of_a_policy_is_the_difference_of_its_costs(coach, cases, track
     assert slope == pytest.approx((cost(step) - cost(-step)) / (2.0 * step), rel=5e-4)
 
 
+@pytest.fixture(scope="module")
+def identifier(coach):
+    bank = [{"conicity": c, "creep_factor": k} for c in (0.05, 0.4) for k in (0.6, 1.4)]
+    return agents.AdaptiveLQG.design(coach, speeds=[60.0, 130.0], vehicles=bank)
+
+
+def test_a_policy_with_an_identifier_is_told_the_true_vehicle_in_training(coach, identifier):
+    """The gradient, in one direction, is the difference of costs; what it is told changes its gains."""
+    from agents.learning.train_through import _Path
+
+    one = agents.Exercises(levels=2, stops=2, horizon=0.2, rough=2, speeds=(60.0, 120.0))
+    path = _Path(coach, one, MEMORY, identifier, (8,), 0, 0.005)
+    start = torch.nn.utils.parameters_to_vector(path._network.parameters()).detach().numpy()
+    _, slope = path._cost(start)
+    way = np.random.default_rng(0).standard_normal(len(start))
+    ends = [path._cost(start + step * way)[0] for step in (5e-4, -5e-4)]
+    assert slope @ way == pytest.approx((ends[0] - ends[1]) / 1e-3, rel=1e-3)
+    last = path._network._layers[0].weight.shape[1] - 2  # columns of what it is told
+    first = next(iter(path._network.parameters()))
+    assert (first.grad[:, last:] != 0.0).all()
+
+
+def test_training_with_an_identifier_gives_an_adaptive_policy(coach, identifier):
+    keywords = {"exercises": SHORT, "memory": MEMORY, "hidden": (8,), "evaluations": 12}
+    found = agents.train_through(coach, identifier=identifier, **keywords)
+    assert isinstance(found.policy, agents.AdaptivePolicy)
+    assert found.costs[-1] < 0.7 * found.costs[0]
+    worn = {"conicity": 0.4, "creep_factor": 1.4}
+    new = {"conicity": 0.05, "creep_factor": 0.6}
+    laws = [found.last.knowing(one) for one in (worn, new)]
+    signals = np.array([100.0 if r.signal == "speed" else 0.0 for r in found.last.readings])
+    gains = [law.linearize(signals).D for law in laws]
+    assert np.abs(gains[0] - gains[1]).max() > 1e-3 * np.abs(gains[0]).max()
+    rollout = Rollout(coach, found.policy, CASES)
+    rollout.run(0.1)
+    assert found.policy.identifier.likely.shape == (3, 4)
+
+
+def test_an_identifier_that_does_not_fit_is_told(coach, identifier):
+    with pytest.raises(railenv.ParameterError, match="needs a hidden layer"):
+        agents.train_through(coach, identifier=identifier, hidden=())
+    only = agents.Exercises(ranges={"creep_factor": (0.6, 1.4)})
+    with pytest.raises(railenv.ParameterError, match="conicity does not differ in the exercises"):
+        agents.train_through(coach, identifier=identifier, exercises=only)
+    with pytest.raises(railenv.ParameterError, match="it must be designed for"):
+        agents.train_through(coach, identifier=identifier, period=0.01)
+    with pytest.raises(railenv.ParameterError, match="must be an agents"):
+        agents.train_through(coach, identifier="bank.npz")
+
+
 def test_networks_are_odd_and_steady_readings_cancel(coach):
     from agents.learning.through import OddNetwork
 
