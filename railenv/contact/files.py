@@ -26,6 +26,7 @@ ENDINGS = (*SIMPACK, *MINIPROF, *TEXT)
 UNITS = {"m": 1.0, "mm": 1e-3}
 
 _LARGEST = 2**24  # bytes
+_WITH_COMMA = re.compile(r"[+-]?\d+(,\d+)?(e[+-]?\d+)?", re.IGNORECASE)
 _DECLARED = re.compile(r"(?:\bin|\bunits?\s*[:=]|\by_|\[|\()\s*['\"]?(mm|m)\b", re.IGNORECASE)
 _KEY = re.compile(r"^\s*([A-Za-z][\w. ]*?)\s*=\s*(.*)$")
 
@@ -300,6 +301,10 @@ def _is_row(text: str) -> bool:
 
 
 def _parts(text: str) -> list[str]:
+    """Split a line; a comma is a decimal one if spaces or semicolons separate the numbers."""
+    apart = [part for part in re.split(r"[;\s]+", text) if part]
+    if len(apart) > 1 and "," in text and all(_WITH_COMMA.fullmatch(part) for part in apart):
+        return [part.replace(",", ".") for part in apart]
     return [part for part in re.split(r"[,;\s]+", text) if part]
 
 

@@ -150,6 +150,16 @@ def test_text_declares_its_units(head, scale, tmp_path):
     assert_allclose(mirrored.y, -rail.y[::-1], atol=1e-12)
 
 
+@pytest.mark.parametrize("between", [";", "; ", "\t", "  "])
+def test_text_may_have_decimal_commas(between, tmp_path):
+    """As spreadsheets of most of Europe write them."""
+    rail = Profile.named("UIC519_RAIL_A")
+    rows = [f"{1e3 * y:.9f}{between}{1e3 * z:.9f}".replace(".", ",") for y, z in rail.points.tolist()]
+    path = tmp_path / "r.csv"
+    path.write_text("y [mm];z [mm]\n" + "\n".join(rows))
+    assert_allclose(Profile.read(path, kind="rail").points, rail.points, atol=1e-12)
+
+
 GOOD = "y_mm,z_mm\n" + "\n".join(f"{y},{-(y**2) / 600:.6f}" for y in range(-30, 31))
 
 
