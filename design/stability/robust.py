@@ -92,12 +92,13 @@ class RobustCriticalSpeed:
         }
 
     def __str__(self) -> str:
+        low = self.speed_range[0]
         vehicle = ", ".join(f"{name} {value:.4g}" for name, value in self.worst.items())
         if self.speed is None:
-            return f"unstable already at {self.speed_range[0]:g} m/s with {vehicle}"
+            return f"unstable already at {low:g} m/s with {vehicle}"
         if not self.limited:
-            return f"stable up to {self.speed:g} m/s with every vehicle tried"
-        return f"stable up to {self.speed:.2f} m/s; the worst vehicle has {vehicle}"
+            return f"stable from {low:g} to {self.speed:g} m/s with every vehicle tried"
+        return f"stable from {low:g} to {self.speed:.2f} m/s; the worst vehicle has {vehicle}"
 
     def plot(self, ax: Axes | None = None, parameter: str | None = None) -> control.ControlPlot:
         """Draw the speeds of all vehicles tried over one varied quantity."""
