@@ -76,6 +76,8 @@ controllers: $(DEVELOPED) ## design, tune and learn the shipped controllers agai
 	for problem in coach-v1 crh380a-v1; do \
 	  $(BIN)/railenv tune adaptive-lqg --problem $$problem \
 	    --out agents/controllers/data/$$problem/adaptive-lqg.npz; done
+	$(BIN)/railenv tune learned-adaptive --problem coach-v1 \
+	  --out agents/controllers/data/coach-v1/learned-adaptive.npz
 
 reliability: $(DEVELOPED) ## fuzz, damage files, run for hours; docs/reliability.md (15 minutes)
 	$(BIN)/python -m benchmarks.reliability.run

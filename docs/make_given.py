@@ -73,8 +73,10 @@ def spent(law: Any) -> str:
     about: About = law.about
     if "exercises" in about:
         steps = about["judged"][-1][1]
+        told = ", and the bank below it" if isinstance(law, agents.AdaptivePolicy) else ""
         return (
-            f"{about['evaluations']} gradients of all runs, {steps / 1e6:.1f} million environment steps"
+            f"{about['evaluations']} gradients of all runs, {steps / 1e6:.1f} million environment "
+            f"steps{told}"
         )
     if "lessons" in about:
         lessons = about["lessons"]

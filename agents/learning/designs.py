@@ -10,11 +10,13 @@ from agents.controllers.adaptive import AdaptiveLQG
 from agents.controllers.controller import Controller
 from agents.controllers.lqg import LQG
 from agents.controllers.lqr import LQR
+from agents.controllers.memory import MemorySettings
 from agents.controllers.output_feedback import Filters
 from agents.controllers.passive import Passive
 from agents.controllers.scheduled import ScheduledController
 from agents.controllers.service import CONICITIES, vehicles_of_service
 from agents.controllers.shipped import FIRST, shipped
+from agents.learning.exercises import Exercises
 from agents.learning.policy_search import search_policy
 from agents.learning.train_through import train_through
 from agents.tuning.tuning import tune_h_infinity, tune_lqg, tune_yaw_rate
@@ -140,6 +142,21 @@ def _adaptive_coach(model: Equipped) -> Controller:
     return _adaptive(model, CONICITIES, COACH_SCHEDULE)
 
 
+def _learned_coach(model: Equipped) -> Controller:
+    """Train a policy that the shipped bank tells the vehicle."""
+    bank = shipped("adaptive-lqg", "coach-v1")
+    assert isinstance(bank, AdaptiveLQG)
+    return train_through(
+        model,
+        exercises=Exercises(levels=3, stops=8, speeds=(15.0, 140.0), rough=4),
+        memory=MemorySettings(corners=(0.2, 1.0, 5.0, 20.0)),
+        identifier=bank,
+        evaluations=501,
+        seed=SEED,
+        progress=True,
+    ).policy
+
+
 def _adaptive_train(model: Equipped) -> Controller:
     """Design a bank over wear and creep coefficients."""
     return AdaptiveLQG.design(
@@ -154,7 +171,11 @@ PROBLEM_DESIGNS: Mapping[str, Mapping[str, Design]] = {
     FIRST: {**DESIGNS, "adaptive-lqg": _adaptive_bogie},
     "bogie-primary-v1": {"output-feedback": _at_wheelsets},
     "bogie-both-v1": {"output-feedback": _all_three},
-    "coach-v1": {"lqg": _nominal_coach, "adaptive-lqg": _adaptive_coach},
+    "coach-v1": {
+        "lqg": _nominal_coach,
+        "adaptive-lqg": _adaptive_coach,
+        "learned-adaptive": _learned_coach,
+    },
     "crh380a-v1": {"adaptive-lqg": _adaptive_train},
     "dual-wheelset-v1": {"output-feedback": _two_wheelsets},
 }
