@@ -66,6 +66,11 @@ class AdaptivePolicy(Controller):
                 f"history of the memory is {self.memory.history}; a policy with an identifier "
                 "remembers through filters (corners), so it must be 0"
             )
+        if not told_ranges(self.identifier.vehicles):
+            raise ParameterError(
+                f"the identifier's vehicles are all {self.identifier.vehicles[0]!r}; they must differ "
+                "in a number that the policy can be told"
+            )
         self.identifier = copy.deepcopy(self.identifier)  # it has states, and another may use it
         self._memory = Memory(self.memory, self.readings, self.commands, self.period)
         expected = (len(self._memory.signs) + len(self.told), len(self.commands))
@@ -100,7 +105,7 @@ class AdaptivePolicy(Controller):
     @property
     def told(self) -> list[str]:
         """Names of the numbers of the vehicle that it is told."""
-        return list(self.identifier.vehicles[0])
+        return list(told_ranges(self.identifier.vehicles))
 
     # ------------------------------------------------------------------ running
 
@@ -142,7 +147,8 @@ class AdaptivePolicy(Controller):
         missing = [name for name in self.told if name not in vehicle]
         if missing:
             raise ParameterError(f"vehicle is {dict(vehicle)!r}; {', '.join(missing)} is missing")
-        numbers = {name: np.array([float(vehicle[name])]) for name in self.told}
+        known = {name: checks.number(name, vehicle[name]) for name in self.told}
+        numbers = {name: np.array([value]) for name, value in known.items()}
         told = told_inputs(self.identifier.vehicles, numbers)[0]
         return LearnedPolicy(
             _folded(self.network, told),
@@ -152,7 +158,7 @@ class AdaptivePolicy(Controller):
             self.observation,
             self.memory,
             period=self.period,
-            about={**self.about, "told": {name: float(vehicle[name]) for name in self.told}},
+            about={**self.about, "told": known},
         )
 
     # ------------------------------------------------------------------ files
@@ -208,6 +214,13 @@ class AdaptivePolicy(Controller):
             raise ParameterError(f"the file of a {content.kind} is damaged: {e!r}") from None
 
 
+def told_ranges(vehicles: Sequence[Mapping[str, float]]) -> dict[str, tuple[float, float]]:
+    """Return the numbers in which an identifier's vehicles differ, with the ends of each."""
+    values = {name: [vehicle[name] for vehicle in vehicles] for name in vehicles[0]}
+    ends = {name: (min(found), max(found)) for name, found in values.items()}
+    return {name: (low, high) for name, (low, high) in ends.items() if low < high}
+
+
 def told_inputs(vehicles: Sequence[Mapping[str, float]], numbers: Mapping[str, Array]) -> Array:
     """Return the inputs of a network that tell it numbers of some vehicles, shape (count, n_numbers).
 
@@ -217,11 +230,10 @@ def told_inputs(vehicles: Sequence[Mapping[str, float]], numbers: Mapping[str, A
         The identifier's; every number is scaled to -1 to 1 between its ends among them.
     numbers : mapping of str to ndarray, shape (count,)
     """
-    columns = []
-    for name in vehicles[0]:
-        values = [vehicle[name] for vehicle in vehicles]
-        low, high = min(values), max(values)
-        columns.append((2.0 * numbers[name] - low - high) / (high - low))
+    columns = [
+        (2.0 * numbers[name] - low - high) / (high - low)
+        for name, (low, high) in told_ranges(vehicles).items()
+    ]
     return np.stack(columns, axis=1)
 
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 import design
 from agents.controllers.adaptive import AdaptiveLQG
-from agents.controllers.adaptive_policy import AdaptivePolicy
+from agents.controllers.adaptive_policy import AdaptivePolicy, told_ranges
 from agents.controllers.learned import LearnedPolicy
 from agents.controllers.memory import Memory, MemorySettings
 from agents.controllers.scheduled import CONTROL_PERIOD, readings_of
@@ -211,13 +211,15 @@ def _check_identifier(
             f"{list(identifier.commands)} every {identifier.period:g} s; it must be designed for "
             f"{model.name}, with the readings and commands of this vehicle every {period:g} s"
         )
-    told, differ = list(identifier.vehicles[0]), varied(model, dict(exercises.ranges))
+    told, differ = list(told_ranges(identifier.vehicles)), varied(model, dict(exercises.ranges))
     missing = [name for name in told if name not in differ]
     if missing:
         raise ParameterError(
             f"the identifier estimates {', '.join(told)}, but {', '.join(missing)} does not differ in "
             f"the exercises; they vary {', '.join(differ)}"
         )
+    # the vehicles that judge a policy differ in these, and in nothing else
+    checks.known("number that a policy can be told", told, list(vehicles_of_service(model)[0]))
 
 
 class _Spent(Exception):
@@ -256,7 +258,7 @@ class _Path:
         self._identifier = identifier
         self._readings = tuple(readings_of(model, "sensors", period))
         inner = Memory(memory, self._readings, model.command_names, period)
-        told = 0 if identifier is None else len(identifier.vehicles[0])
+        told = 0 if identifier is None else len(told_ranges(identifier.vehicles))
         with torch.random.fork_rng(devices=[]):  # the caller's own random numbers stay as they are
             torch.manual_seed(seed)
             self._network = OddNetwork(

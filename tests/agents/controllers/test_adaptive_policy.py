@@ -141,6 +141,19 @@ def test_what_does_not_fit_is_told(identifier):
         agents.AdaptivePolicy(network(identifier), identifier, MemorySettings(corners=(1.0,)))
 
 
+def test_numbers_that_all_vehicles_share_are_not_told(bogie):
+    same = [{"conicity": c, "creep_factor": 1.0} for c in (0.1, 0.3)]
+    np.testing.assert_allclose(told_inputs(same, {"conicity": np.array([0.2])}), [[0.0]], atol=1e-12)
+    alike = agents.AdaptiveLQG.design(bogie, speeds=[80.0], vehicles=[same[0]] * 2)
+    with pytest.raises(ParameterError, match="must differ in a number"):
+        agents.AdaptivePolicy(network(alike), alike, MEMORY)
+
+
+def test_a_known_number_is_finite(policy):
+    with pytest.raises(ParameterError, match="conicity is nan"):
+        policy.knowing({**WORN, "conicity": float("nan")})
+
+
 def test_numbers_are_scaled_over_the_bank():
     ends = {"conicity": np.array([0.05, 0.4, 0.225]), "creep_factor": np.array([0.6, 1.4, 1.2])}
     np.testing.assert_allclose(told_inputs(BANK, ends), [[-1.0, -1.0], [1.0, 1.0], [0.0, 0.5]])

@@ -218,6 +218,11 @@ def test_an_identifier_that_does_not_fit_is_told(coach, identifier):
     only = agents.Exercises(ranges={"creep_factor": (0.6, 1.4)})
     with pytest.raises(railenv.ParameterError, match="conicity does not differ in the exercises"):
         agents.train_through(coach, identifier=identifier, exercises=only)
+    rough = [{"friction": f} for f in (0.2, 0.4)]
+    other = agents.AdaptiveLQG.design(coach, speeds=[60.0, 130.0], vehicles=rough)
+    both = agents.Exercises(ranges={"friction": (0.2, 0.4)})
+    with pytest.raises(railenv.UnknownNameError, match="friction"):
+        agents.train_through(coach, identifier=other, exercises=both)
     with pytest.raises(railenv.ParameterError, match="it must be designed for"):
         agents.train_through(coach, identifier=identifier, period=0.01)
     with pytest.raises(railenv.ParameterError, match="must be an agents"):

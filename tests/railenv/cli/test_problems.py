@@ -79,3 +79,17 @@ def test_kinds_that_a_problem_has_no_design_for_are_refused(tmp_path):
     result = CliRunner().invoke(cli.app, ["tune", "lqr", "--problem", NAME, "--out", out])
     assert result.exit_code != 0
     assert "allowed are output-feedback" in str(result.exception)
+
+
+def test_a_policy_is_told_by_the_identifier_in_a_file(tmp_path):
+    pytest.importorskip("stable_baselines3", reason="needs the extra rl")
+    model = problems.problem("bogie-secondary-v1").model()
+    bank = [{"conicity": conicity} for conicity in (0.05, 0.4)]
+    agents.AdaptiveLQG.design(model, speeds=[60.0, 120.0], vehicles=bank).save(tmp_path / "bank.npz")
+    invoke(
+        *("train-through", "--problem", "bogie-secondary-v1", "--evaluations", "1"),
+        *("--identifier", str(tmp_path / "bank.npz"), "--out", str(tmp_path / "policy.npz")),
+    )
+    policy = agents.load(tmp_path / "policy.npz")
+    assert policy.told == ["conicity"]
+    assert [dict(vehicle) for vehicle in policy.identifier.vehicles] == bank
